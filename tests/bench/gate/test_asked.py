@@ -23,7 +23,8 @@ from bench.gate.asked import (
     ONE_SIDE,
     nobody,
 )
-from bench.gate.examine import judge_cell, vehicle_of
+from bench.gate.examine import vehicle_of
+from bench.gate.judged import judge_cell
 from bench.gate.prober import Prober
 from bench.gate.record import GateCell
 from bench.judging.question import Question, ask_here, questions

@@ -13,8 +13,8 @@ from bench.gate.answers import SideAnswers, answered, first, wrong
 from bench.gate.asked import (
     nobody,
 )
-from bench.gate.examine import judge_cell
 from bench.gate.given import farthest
+from bench.gate.judged import judge_cell
 from bench.gate.prober import Prober
 from bench.gate.record import GateCell
 from bench.judging.question import Question, questions

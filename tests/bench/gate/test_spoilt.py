@@ -10,7 +10,7 @@ from bench.gate.answers import first
 from bench.gate.asked import (
     nobody,
 )
-from bench.gate.examine import judge_cell
+from bench.gate.judged import judge_cell
 from bench.gate.prober import Prober
 from bench.gate.record import GateCell
 from bench.judging.question import questions
