@@ -28,17 +28,22 @@ def ask_forms(
     ``whole`` is what they answered to ``questions``.
     """
     base, head = (
-        _wrong_forms(side, cell, question.demands, answers.promises)
+        wrong_forms(side, cell, question.demands, answers.promises)
         for side, question, answers in zip(sides, questions, whole, strict=True)
     )
     for form, what in head.items():
         if what:
             cell.head_wrong = cell.head_wrong or f"{form}: {what}"
             cell.turned_wrong = cell.turned_wrong or ("" if base.get(form) else f"{form}: {what}")
-    cell.base_wrong = cell.base_wrong or next((f"{form}: {what}" for form, what in base.items() if what), "")
+    cell.base_wrong = cell.base_wrong or one_of(base)
 
 
-def _wrong_forms(
+def one_of(forms: Mapping[str, str]) -> str:
+    """The first form that is wrong, and how; empty where none is."""
+    return next((f"{form}: {what}" for form, what in forms.items() if what), "")
+
+
+def wrong_forms(
     side: Prober, cell: GateCell, demands: DemandSet, promises: Mapping[str, Any]
 ) -> dict[str, str]:
     """What is wrong with each form of calls, by name; a form that a side does not have is left out."""

@@ -15,7 +15,7 @@ from bench.gate.answers import calls, state
 from bench.gate.asked import demand_sets, nobody, timed_demands
 from bench.gate.cells import CONTROL_DEMANDS, DEFAULT_CELLS, chosen, controls
 from bench.gate.given import unpacked
-from bench.gate.judged import judge_cell
+from bench.gate.judged import fails, judge_cell, judge_new
 from bench.gate.prober import Prober
 from bench.gate.record import CONTROL, GateCell
 from bench.gate.side import Died, Refused
@@ -50,40 +50,51 @@ def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
     if not of_base and not of_head:
         raise UnknownName(f"no cell of either side fits {', '.join(patterns)}; write vehicle:method:start")
     examined = Examined(controls(), {CONTROL: CONTROL_DEMANDS}, [])
-    shared: dict[str, list[GateCell]] = {}
+    by_vehicle: dict[str, list[GateCell]] = {}
     for name, cell in (of_base | of_head).items():
-        if name in of_base and name in of_head:
-            shared.setdefault(cell.vehicle, []).append(cell)
-            continue
         cell.base_lacks = "" if name in of_base else _why_not(base, "base", cell.method)
         cell.head_lacks = "" if name in of_head else _why_not(head, "head", cell.method)
-        examined.cells.append(cell)
-    for name, cells in shared.items():
-        vehicle = vehicle_of(base, name)
-        asked = questions(demand_sets(vehicle), partial(_ask, base))
-        examined.demands[name] = timed_demands(vehicle).tolist()
-        try:
-            same_numbers = head.ask("vehicle", name=name) == base.ask("vehicle", name=name)
-        except Refused as reason:  # base loaded the vehicle just now, so it is head's file that is broken
-            for cell in cells:
-                cell.head_lacks = str(reason)
-            examined.cells.extend(cells)
-            continue
-        if not same_numbers:
-            examined.notes.append(
-                f"{name}: its numbers differ, so each side is judged by its own, not by the other"
-            )
-        theirs = asked if same_numbers else _on_other_numbers(asked, vehicle_of(head, name))
-        for cell in cells:
-            remarks, refused = judge_cell(cell, (base, head), asked, theirs)
-            examined.notes.extend(remarks)
-            if not (cell.base_lacks and cell.head_lacks):
-                examined.cells.append(cell)
-            elif not refused:  # a refusal is no failure: walsh refuses most vehicles
-                examined.notes.append(
-                    f"fails on both sides, so not compared: `{cell.name}`: {cell.head_lacks}"
-                )
+        if cell.head_lacks:
+            examined.cells.append(cell)
+        else:
+            by_vehicle.setdefault(cell.vehicle, []).append(cell)
+    for name, cells in by_vehicle.items():
+        _of_vehicle(examined, (base, head), name, cells)
     return examined
+
+
+def _of_vehicle(
+    examined: Examined, sides: tuple[Prober, Prober], name: str, cells: Sequence[GateCell]
+) -> None:
+    """Judge a vehicle's cells, all of which head has, and put them to what is examined."""
+    base, head = sides
+    known = any(name == vehicle for vehicle, *_ in base.cells)
+    before = vehicle_of(base, name) if known else None
+    try:
+        now = vehicle_of(head, name)
+    except Refused as reason:  # base loaded the vehicle just now, or never had it: head's file is broken
+        for cell in cells:
+            fails(cell, str(reason))
+        examined.cells.extend(cells)
+        return
+    asked = questions(demand_sets(before or now), partial(_ask, base))
+    examined.demands[name] = timed_demands(before or now).tolist()
+    theirs = asked
+    if before and head.ask("vehicle", name=name) != base.ask("vehicle", name=name):
+        examined.notes.append(
+            f"{name}: its numbers differ, so each side is judged by its own, not by the other"
+        )
+        theirs = _on_other_numbers(asked, now)
+    for cell in cells:
+        remarks, refused = ([], False) if cell.base_lacks else judge_cell(cell, sides, asked, theirs)
+        if cell.base_lacks and not cell.head_lacks:
+            more, refused = judge_new(cell, head, theirs)
+            remarks += more
+        examined.notes.extend(remarks)
+        if not (cell.base_lacks and cell.head_lacks):
+            examined.cells.append(cell)
+        elif not refused:  # a refusal is no failure: walsh refuses most vehicles
+            examined.notes.append(f"fails on both sides, so not compared: `{cell.name}`: {cell.head_lacks}")
 
 
 def _why_not(side: Prober, name: str, method: str) -> str:

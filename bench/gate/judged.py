@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 from math import inf
 
 from bench.gate.answers import SideAnswers, answered, answered_early, cut, differ, first, wrong
-from bench.gate.ask_forms import ask_forms
+from bench.gate.ask_forms import ask_forms, one_of, wrong_forms
 from bench.gate.asked import ALONE, NEARLY, RESIZED, WIDER, nearly_symmetric
 from bench.gate.prober import Prober
 from bench.gate.record import GateCell
@@ -52,11 +52,50 @@ def judge_cell(
     if whole:
         _ask_again(cell, sides, (asked[0], theirs[0]), whole)
         ask_forms(cell, sides, (asked[0], theirs[0]), whole)
-    if fewest < inf:
-        remarks.append(
-            f"asked only {fewest:,} demands of some kind, since its calls take so long: `{cell.name}`"
-        )
-    return list(dict.fromkeys(remarks)), refused
+    return list(dict.fromkeys([*remarks, *_slow(cell, fewest)])), refused
+
+
+def judge_new(cell: GateCell, head: Prober, asked: Sequence[Question]) -> tuple[list[str], bool]:
+    """Put into a cell that base lacks what is wrong with head's answers, by equations alone.
+
+    No answer was right before, so a failure is wrong too, unless the method says that it does not cover what
+    is asked. Returns what ``judge_cell`` does.
+    """
+    whole = answered(head, cell, asked[0])
+    if whole.refused:
+        cell.head_lacks = whole.lacks
+        return [f"new, and does not cover the vehicle: `{cell.name}`: {whole.lacks}"], True
+    fewest = inf
+    for question in [*asked, nearly_symmetric()]:
+        side = whole if question is asked[0] else answered(head, cell, question)
+        # A method may say that it takes no limits or failures, and may be made for its own vehicle alone.
+        if side.refused or (side.lacks and question.demands.name == NEARLY):
+            continue
+        count = len(side.answers)
+        if not side.lacks and count < len(question.demands.taus):
+            question, fewest = first(question, count), min(count, fewest)
+        if what := _when(question, side.lacks or wrong(question, side)):
+            fails(cell, what)
+            break
+    else:
+        forms = wrong_forms(head, cell, asked[0].demands, whole.promises)
+        if what := _answers_otherwise(head, cell, asked[0], whole) or one_of(forms):
+            fails(cell, what)
+    return _slow(cell, fewest), False
+
+
+def fails(cell: GateCell, why: str) -> None:
+    """Put down why head fails: what base has is gone, and what is new is wrong."""
+    if cell.base_lacks:
+        cell.head_wrong = cell.turned_wrong = why
+    else:
+        cell.head_lacks = why
+
+
+def _slow(cell: GateCell, fewest: float) -> list[str]:
+    """A remark where some kind had to be asked ``fewest`` demands, fewer than others are."""
+    asked = f"asked only {fewest:,} demands of some kind, since its calls take so long: `{cell.name}`"
+    return [asked] if fewest < inf else []
 
 
 def _one_sided(cell: GateCell, question: Question, base: SideAnswers, head: SideAnswers) -> list[str]:
@@ -77,16 +116,21 @@ def _ask_again(
     questions: tuple[Question, Question],
     whole: tuple[SideAnswers, SideAnswers],
 ) -> None:
-    """Ask the allocators of the whole vehicle again: those built for failures since must not change them."""
-    found = []
-    for side, question, before in zip(sides, questions, whole, strict=True):
-        few, then = first(question, AGAIN), cut(before, AGAIN)
-        again = answered_early(side, cell, few, then)
-        other = again.lacks or differ(few, then, again)
-        found.append(f"answers otherwise once another is built for a failure: {other}" if other else "")
-    base, head = found
+    """Ask both sides' allocators of the whole vehicle again."""
+    base, head = (
+        _answers_otherwise(side, cell, question, before)
+        for side, question, before in zip(sides, questions, whole, strict=True)
+    )
     cell.base_wrong, cell.head_wrong = cell.base_wrong or base, cell.head_wrong or head
     cell.turned_wrong = cell.turned_wrong or ("" if base else head)
+
+
+def _answers_otherwise(side: Prober, cell: GateCell, question: Question, before: SideAnswers) -> str:
+    """How the allocator of the whole vehicle answers now: those built for failures must not change it."""
+    few, then = first(question, AGAIN), cut(before, AGAIN)
+    again = answered_early(side, cell, few, then)
+    other = again.lacks or differ(few, then, again)
+    return f"answers otherwise once another is built for a failure: {other}" if other else ""
 
 
 def _when(question: Question, what: str) -> str:

@@ -42,7 +42,8 @@ class GateCell(msgspec.Struct, omit_defaults=True, kw_only=True):
     vehicle, method, start : what names the cell
     base_lacks, head_lacks : why that side has no such cell, empty where it has
     base_wrong, head_wrong : what is wrong with that side's answers, empty where nothing is
-    turned_wrong : what is wrong with head's answers to demands that base answered right, one set at a time
+    turned_wrong : what is wrong with head's answers to demands that base answered right, one set at a time,
+        or with all of them where base lacks the cell
     differ : how answers differ, but for those that were wrong and are right now; empty where they don't
     rounds, calls : a block goes ``rounds`` times through the demands and makes ``calls`` calls
     instructions : (base, head) instructions per call, one entry a count

@@ -50,8 +50,8 @@ def notes(record: GateRecord) -> list[str]:
     """Remarks that change no verdict: the record's notes; new, mended and on both sides wrong cells."""
     remarks = list(record.notes)
     for cell in record.cells:
-        if cell.base_lacks and not cell.head_lacks:
-            remarks.append(f"new: `{cell.name}`")
+        if cell.base_lacks:
+            remarks += [] if cell.head_lacks or cell.head_wrong else [f"new: `{cell.name}`"]
         elif cell.base_wrong and cell.head_wrong:
             remarks.append(f"wrong on both sides: `{cell.name}`: {cell.head_wrong}")
         elif cell.base_wrong:

@@ -88,9 +88,10 @@ def verdict(record: GateRecord) -> Verdict:
     if record.crashed:
         lost.append(Regression("-", record.crashed))
     compared = [cell for cell in record.cells if in_both(cell)]
-    if not lost and not any(not cell.is_control for cell in compared):
+    answering = [cell for cell in record.cells if not cell.head_lacks]  # new ones too
+    wrong = [Regression(cell.name, what) for cell in answering if (what := _wrong_answer(cell))]
+    if not lost and not wrong and all(cell.is_control for cell in compared):
         return _untimed(Outcome.INCONCLUSIVE, "nothing to compare: no cell stands on both sides")
-    wrong = [Regression(cell.name, what) for cell in compared if (what := _wrong_answer(cell))]
     timed = [cell for cell in compared if cell.pairs]
     rows = [row(cell, record.settings) for cell in timed if not cell.is_control]
     drift = max((row(cell, record.settings).ratio.value for cell in timed if cell.is_control), default=1.0)
@@ -103,7 +104,7 @@ def verdict(record: GateRecord) -> Verdict:
     ended = partial(Verdict, findings=lost + wrong + heavier + slower, improvements=improvements, rows=rows)
     moved = [r for cell in timed if cell.is_control and has_moved(r := row(cell, record.settings))]
     if lost or wrong:
-        turned = any(cell.turned_wrong for cell in compared)
+        turned = any(cell.turned_wrong for cell in answering)
         kind = "cells are gone" if lost else "answers are wrong" if turned else "other answers"
         return ended(outcome=Outcome.REGRESSION, summary=f"regression: {kind}")
     if heavier:
@@ -173,7 +174,7 @@ def _is_lost(cell: GateCell) -> bool:
 
 def _wrong_answer(cell: GateCell) -> str:
     if cell.turned_wrong:
-        return f"wrong answer: {cell.turned_wrong}"
+        return f"{'new, and wrong' if cell.base_lacks else 'wrong answer'}: {cell.turned_wrong}"
     return f"another answer: {cell.differ}" if cell.differ else ""
 
 

@@ -131,6 +131,16 @@ def test_a_new_cell_passes() -> None:
     assert judged(cell(), new).outcome is Outcome.PASS
 
 
+def test_a_new_cell_that_is_wrong_fails_and_is_called_new_once() -> None:
+    new = GateCell(vehicle="ukwial", method="svd", base_lacks="no such", head_wrong="off", turned_wrong="off")
+    for cells in ([new], [cell(), new]):
+        record = GateRecord(base="a", head="b", settings=GateSettings(), cells=cells)
+        result = verdict(record)
+        assert (result.outcome, result.summary) == (Outcome.REGRESSION, "regression: answers are wrong")
+        assert result.findings == [("ukwial:svd:-", "new, and wrong: off")]
+        assert "- new: " not in markdown(record, result)
+
+
 def test_a_gate_without_a_cell_on_both_sides_says_nothing() -> None:
     assert judged().outcome is Outcome.INCONCLUSIVE
     assert (

@@ -1,0 +1,131 @@
+"""What head alone has, the gate judges by equations: a right answer is new, a wrong one a regression."""
+
+from pathlib import Path
+from typing import cast
+
+import pytest
+from click.testing import CliRunner, Result
+
+import gate_check
+from alloc import Vehicle
+from bench.commands.gate import command
+from bench.demands import DemandSet
+from bench.gate.answers import first
+from bench.gate.asked import nobody
+from bench.gate.judged import judge_new
+from bench.gate.prober import Prober
+from bench.gate.record import GateCell
+from bench.judging.question import questions
+from tests.gate_sides import Whole, of_scaled
+
+FEW = ("--pairs", "2", "--no-instructions")
+RIGHT = """\
+import numpy as np
+from alloc import NotApplicable
+
+LIMITED = True
+
+
+def build(vehicle):
+    G = np.linalg.pinv(vehicle.TP)
+    return lambda tau: np.clip(G @ tau, vehicle.f_min, vehicle.f_max)
+"""
+WRONG = RIGHT.replace("G @ tau", "-G @ tau")
+REFUSING = RIGHT.replace("    G =", "    raise NotApplicable('not this one')\n    G =")
+BROKEN = f"import no_such_module\n{RIGHT}"
+CELL = "`ukwial:mine:-`"
+
+
+def gate(folder: Path, base: str, head: str, *options: str) -> Result:
+    """What the gate says of a commit that gives the plug-in mine.py another text; none is no file."""
+    gate_check.git(folder, "init", "--quiet")
+    (folder / "notes.txt").touch()
+    for text in (base, head):
+        if text:
+            (folder / "mine.py").write_text(text)
+        gate_check.commit(folder, "plug-in")
+    given = ("--vehicle", "ukwial", "--plugin", str(folder / "mine.py"), *options, *FEW)
+    arguments = ["HEAD~1", "HEAD", "--repo", str(folder), *given]
+    return CliRunner().invoke(command, arguments, standalone_mode=False)
+
+
+@pytest.mark.parametrize("base", ["", REFUSING, BROKEN], ids=["none", "refusing", "broken"])
+def test_what_head_alone_has_fails_where_it_is_wrong_and_is_new_where_it_is_right(
+    tmp_path: Path, base: str
+) -> None:
+    """Whether base has no such plug-in, or one that refused the vehicle, or one that was not imported."""
+    for name, head in (("wrong", WRONG), ("right", RIGHT)):
+        (tmp_path / name).mkdir()
+        result = gate(tmp_path / name, base, head)
+        assert result.exception is None, result.output
+        assert result.return_value == (1 if name == "wrong" else 3), result.output
+        assert (f"| {CELL} | new, and wrong: " in result.stdout) == (name == "wrong")
+        assert (f"new: {CELL}" in result.stdout) == (name == "right")
+
+
+def test_a_wrong_plug_in_that_is_added_beside_a_right_one_fails(tmp_path: Path) -> None:
+    """It passed: what base had was still right."""
+    (tmp_path / "old.py").write_text(RIGHT)
+    result = gate(tmp_path, "", WRONG, "--plugin", str(tmp_path / "old.py"))
+    assert result.return_value == 1, result.output
+    assert "Gate: regression: answers are wrong" in result.stdout
+    assert f"| {CELL} | new, and wrong: 500 N from the optimum" in result.stdout
+    assert f"new: {CELL}" not in result.stdout
+    assert "old" not in result.stdout
+
+
+def test_a_new_plug_in_that_does_not_cover_the_vehicle_is_named_with_its_reason(tmp_path: Path) -> None:
+    result = gate(tmp_path, "", REFUSING)
+    assert result.return_value == 3, result.output
+    assert f"new, and does not cover the vehicle: {CELL}: NotApplicable: not this one" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("spoil", "code", "says"),
+    [
+        ("", 3, "new: `other:nullspace:-`"),
+        ("T: 3", 1, "| `other:nullspace:-` | new, and wrong: VehicleError"),
+    ],
+)
+def test_a_new_vehicle_of_the_library_is_judged_by_its_own_numbers(
+    tmp_path: Path, spoil: str, code: int, says: str
+) -> None:
+    tree = tmp_path / "repository"
+    gate_check.copy(tree)
+    vehicles = tree / "alloc" / "vehicles"
+    (vehicles / "other.yaml").write_text(spoil or (vehicles / "ukwial.yaml").read_text())
+    gate_check.commit(tree, "head")
+    arguments = ["HEAD~1", "HEAD", "--repo", str(tree), "--cells", "other:nullspace", *FEW]
+    result = CliRunner().invoke(command, arguments, standalone_mode=False)
+    assert result.exception is None, result.output
+    assert result.return_value == code, result.output
+    assert says in result.stdout
+
+
+SPOILT = {
+    "pass": "",
+    "f = np.where(self.off & (f_min is not None), 5.0, f)": "a thrust on a thruster that is off",
+    "f = f if f_min is None or f_max is None else 3.0 * f": "a limit is violated",
+    "if self.off.any(): raise ValueError('hm')": "thruster 3 off: ValueError: hm",
+    "if self.off.any(): raise alloc.NotApplicable('whole ones')": "",
+    "if len(f) == 8: raise ValueError('made for four')": "",
+    "if tau[1] > 100: raise ValueError('no such sway')": "raises ValueError: no such sway, for demand ",
+    "raise ValueError('never')": "ValueError: never",
+    "f = -f if self in self.built[1:2] and self.built[2:] else f": "answers otherwise once another is built",
+    "f = f if isinstance(tau, np.ndarray) else -f": "a list of whole numbers: thrusts ",
+}
+"""How an answer may be spoilt, and what the gate says; empty where it may be so."""
+
+
+@pytest.mark.parametrize("change", SPOILT)
+def test_a_new_cell_is_asked_all_that_others_are(
+    vehicle: Vehicle, change: str, sets: list[DemandSet]
+) -> None:
+    cell = GateCell(vehicle="ukwial", method="scaled", base_lacks="no such method")
+    head = cast("Prober", Whole(of_scaled(f"import alloc\n        {change}")))
+    asked = [first(q, 80) for q in questions([sets[i] for i in (0, 1, 7, 11)], nobody)]
+    assert judge_new(cell, head, asked) == ([], False)
+    assert cell.head_wrong == cell.turned_wrong
+    assert SPOILT[change] in cell.turned_wrong
+    assert bool(SPOILT[change]) == bool(cell.turned_wrong)
+    assert cell.head_lacks == cell.base_wrong == cell.differ == ""
