@@ -17,6 +17,19 @@ COMPILED = shutil.ignore_patterns("__pycache__", "*.pyc")
 """What is not copied of a package."""
 SUBMODULE = re.compile(r"160000 commit (?P<commit>[0-9a-f]+)\t(?P<path>.+)")
 """A line of git ls-tree that names another repository's commit."""
+PLACES = (
+    "GIT_DIR",
+    "GIT_COMMON_DIR",
+    "GIT_WORK_TREE",
+    "GIT_IMPLICIT_WORK_TREE",
+    "GIT_INDEX_FILE",
+    "GIT_PREFIX",
+)
+"""What git tells a hook of its repository, and would believe of any other folder that it is asked in.
+
+Others of ``git rev-parse --local-env-vars`` stay: a hook of a push finds the commits by GIT_OBJECT_DIRECTORY,
+and GIT_CONFIG_COUNT may say which folders are safe.
+"""
 BASE, HEAD = "base", "head"
 """The folders' names: equally long, because a path's length shifts a process's memory layout."""
 
@@ -65,8 +78,7 @@ def is_own(source: Source) -> bool:
     """Whether a side holds no ``alloc``: a repository of the user's own, whose plug-ins are measured."""
     if not source.commit:
         return not (source.path / "alloc").is_dir()
-    command = ["git", "cat-file", "-e", f"{source.commit}:./alloc/__init__.py"]
-    return subprocess.run(command, cwd=source.path, capture_output=True).returncode != 0
+    return _run(source.path, "cat-file", "-e", f"{source.commit}:./alloc/__init__.py").returncode != 0
 
 
 def own(source: Source, into: Path, files: Sequence[Path]) -> None:
@@ -194,12 +206,21 @@ def uncommitted(head: Source) -> list[str]:
 
 
 def _git(repository: Path, *arguments: str, environment: Mapping[str, str] = MappingProxyType({})) -> str:
-    env = os.environ | environment
-    try:
-        done = subprocess.run(["git", *arguments], cwd=repository, capture_output=True, text=True, env=env)
-    except FileNotFoundError:
-        raise BadTree("git is not installed; install it, or use --base-path and --head-path") from None
+    done = _run(repository, *arguments, environment=environment)
     if done.returncode != 0:
         reason = (done.stderr.strip().splitlines() or ["unknown revision"])[0]
         raise BadTree(f"{repository}: git {' '.join(arguments)}: {reason}; give a revision that exists here")
     return done.stdout.strip()
+
+
+def _run(
+    repository: Path, *arguments: str, environment: Mapping[str, str] = MappingProxyType({})
+) -> subprocess.CompletedProcess[str]:
+    """Run git in that folder and with that environment, whatever repository's hook this is."""
+    own = {name: value for name, value in os.environ.items() if name not in PLACES}
+    try:
+        return subprocess.run(
+            ["git", *arguments], cwd=repository, capture_output=True, text=True, env={**own, **environment}
+        )
+    except FileNotFoundError:
+        raise BadTree("git is not installed; install it, or use --base-path and --head-path") from None

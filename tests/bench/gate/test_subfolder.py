@@ -70,6 +70,27 @@ def test_a_wrong_helper_beside_the_folder_is_found(
     assert "`ukwial:mine:-`" in result.stdout
 
 
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"GIT_DIR": ".git"},
+        {"GIT_DIR": ".git", "GIT_WORK_TREE": ".", "GIT_PREFIX": ""},
+        {"GIT_INDEX_FILE": ".git/next-index.lock", "GIT_PREFIX": "control/"},
+    ],
+)
+def test_what_git_tells_a_hook_of_its_repository_changes_nothing(
+    own: Path, monkeypatch: pytest.MonkeyPatch, given: dict[str, str]
+) -> None:
+    """A committed plug-in was to be committed, for git took that folder for the repository's root."""
+    for name, value in given.items():
+        monkeypatch.setenv(name, value if name == "GIT_PREFIX" else str(own / value))
+    monkeypatch.chdir(own / "control")
+    result = gate("HEAD~1", "HEAD", "--plugin", "mine.py")
+    assert result.exception is None, result.exception
+    assert result.return_value == 1, result.output
+    assert "not committed" not in result.stdout
+
+
 def test_a_helper_of_the_repository_that_is_installed_in_place_is_refused(
     own: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
