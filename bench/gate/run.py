@@ -66,6 +66,11 @@ def gate(
         ]
         if left_out:
             record.notes.append(f"not committed, so not looked at: {', '.join(left_out)}")
+        record.notes += [
+            f"{name} differs between the two sides; both were asked with it as it lies here"
+            for name, file in vehicles.items()
+            if trees.differs(base, head, Path(file))
+        ]
         # A plug-in in a folder may read what lies outside of it, which a commit's can't.
         looks_out = users and not (base.commit and head.commit)
         record.unchanged = "" if always or looks_out else environments.unchanged(*both)

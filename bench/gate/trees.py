@@ -205,6 +205,15 @@ def uncommitted(head: Source) -> list[str]:
         return []
 
 
+def differs(base: Source, head: Source, file: Path) -> bool:
+    """Whether two commits hold a file of their repository otherwise; never of a file that lies elsewhere."""
+    here = head.path.resolve()
+    if not (base.commit and head.commit and file.is_relative_to(here)):
+        return False
+    between = ("diff-tree", "-r", "--name-only", base.commit, head.commit, "--")
+    return bool(_git(head.path, "--literal-pathspecs", *between, str(file.relative_to(here))))
+
+
 def _git(repository: Path, *arguments: str, environment: Mapping[str, str] = MappingProxyType({})) -> str:
     done = _run(repository, *arguments, environment=environment)
     if done.returncode != 0:

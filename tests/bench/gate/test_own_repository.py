@@ -183,6 +183,23 @@ def test_what_is_not_committed_is_named_where_the_head_is_the_current_commit(own
     assert "- not committed, so not looked at: control/mine.py\n" in result.stdout
 
 
+@pytest.mark.parametrize("changed", [True, False])
+def test_a_vehicle_that_differs_between_the_sides_is_named(
+    own: Path, monkeypatch: pytest.MonkeyPatch, changed: bool
+) -> None:
+    """Both sides are asked with the file as it lies here, and nothing said so."""
+    text = (gate_check.ROOT / "alloc" / "vehicles" / "ukwial.yaml").read_text()
+    (own / "my[rov].yaml").write_text(text)
+    gate_check.commit(own, "base")
+    if changed:
+        (own / "my[rov].yaml").write_text(text.replace("f_max: 250", "f_max: 200"))
+    monkeypatch.chdir(own)
+    result = gate_own(own, PLUGIN, "--vehicle", "my[rov].yaml")
+    assert result.exception is None, result.exception
+    said = "- my[rov].yaml differs between the two sides; both were asked with it as it lies here"
+    assert (said in result.stdout.replace("\\", "")) == changed, result.output
+
+
 def test_a_commit_that_adds_a_plug_in_is_no_regression(own: Path) -> None:
     (own / "control" / "new.py").write_text(PLUGIN)
     gate_check.commit(own, "head")
