@@ -1,5 +1,6 @@
 """What head alone has, the gate judges by equations: a right answer is new, a wrong one a regression."""
 
+import re
 from pathlib import Path
 from typing import cast
 
@@ -10,6 +11,7 @@ import gate_check
 from alloc import Vehicle
 from bench.commands.gate import command
 from bench.demands import DemandSet
+from bench.gate import answers
 from bench.gate.answers import first
 from bench.gate.asked import nobody
 from bench.gate.judged import judge_new
@@ -129,3 +131,18 @@ def test_a_new_cell_is_asked_all_that_others_are(
     assert SPOILT[change] in cell.turned_wrong
     assert bool(SPOILT[change]) == bool(cell.turned_wrong)
     assert cell.head_lacks == cell.base_wrong == cell.differ == ""
+
+
+def test_a_new_cell_that_was_slow_at_first_is_held_to_what_it_answered(
+    vehicle: Vehicle, sets: list[DemandSet], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Asked again it answers more demands than before, and there is nothing to hold those to."""
+    monkeypatch.setattr(answers, "SECONDS", 0.1)
+    cell = GateCell(vehicle="ukwial", method="scaled", base_lacks="no such method")
+    slow = "import time; time.sleep(0.02 if len(self.built) < 2 else 0)"
+    asked = [first(q, 30) for q in questions([sets[i] for i in (0, 7)], nobody)]
+    remarks, _ = judge_new(cell, cast("Prober", Whole(of_scaled(slow))), asked)
+    assert cell.turned_wrong == ""
+    assert re.fullmatch(
+        r"asked only \d+ demands of some kind, since its calls .*: `ukwial:scaled:-`", *remarks
+    )
