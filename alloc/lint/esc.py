@@ -1,6 +1,6 @@
 """The remarks on what stands between thrusts and the wire: the key ``esc`` of a vehicle file."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -23,6 +23,8 @@ def on_esc(keys: VehicleFile, vehicle: Vehicle) -> Iterator[tuple[Level, str, st
     for i, one in enumerate([keys.esc] if isinstance(keys.esc, EscKeys) else keys.esc):
         yield from _on_points(one)
         yield from _on_dead_band(one, vehicle.esc[i])
+        yield from _on_no_volts(vehicle.esc[i])
+    yield from _on_voltages(vehicle.esc)
     yield from _on_each(vehicle)
 
 
@@ -65,6 +67,30 @@ def _on_points(keys: EscKeys) -> Iterator[tuple[Level, str, str]]:
             f"'volts' is {keys.volts:g} V, but the curve was measured at {curve.volts[0]:g} to"
             f" {curve.volts[-1]:g} V",
         )
+
+
+def _on_voltages(escs: Sequence[Esc]) -> Iterator[tuple[Level, str, str]]:
+    """A remark where all curves share one voltage at most: at any other, some thrust was never measured."""
+    known = [esc.volts for esc in escs if not np.isnan(esc.volts[0])]
+    if not known:
+        return
+    least, most = max(volts[0] for volts in known), min(volts[-1] for volts in known)
+    if least < most:
+        return
+    shared = "no voltage lies in all curves" if least > most else f"all curves share {most:g} V alone"
+    yield (
+        "warning" if least > most else "note",
+        "esc",
+        f"{shared}; at another one thrusts count as never measured (status 1 in C): give more voltages, or"
+        " the curve without one",
+    )
+
+
+def _on_no_volts(esc: Esc) -> Iterator[tuple[Level, str, str]]:
+    if esc.needs_volts:
+        has = f"the curve has {esc.volts[0]:g} to {esc.volts[-1]:g} V"
+        more = "so each call must say the voltage; give the usual one as 'volts' in 'esc'"
+        yield "warning", "esc", f"no 'volts', and {has}, {more}"
 
 
 def _on_dead_band(keys: EscKeys, esc: Esc) -> Iterator[tuple[Level, str, str]]:

@@ -81,6 +81,11 @@ class Esc:
         return all(float(x).is_integer() for x in (self.neutral, self.low, self.high, self.step))
 
     @property
+    def needs_volts(self) -> bool:
+        """Whether a call must say the voltage: the curve has several, and the file names none."""
+        return bool(np.isnan(self.nominal)) and len(self.volts) > 1
+
+    @property
     def ends(self) -> tuple[int, int]:
         """The first and the last command in steps from neutral, as if not reversed."""
         first, last = (self.command[[0, -1]] - self.neutral) / self.step

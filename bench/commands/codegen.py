@@ -49,16 +49,16 @@ def command(
     from alloc.files.textfile import write_folder
 
     scalar: Literal["double", "float"] = "float" if single else "double"
+    known = load_vehicle(vehicle) if vehicle else None
     if library:
         if method or limits != "fixed" or faults != "one" or esc:
             raise click.UsageError(
                 "--library has every method, and limits of each call; leave out the others."
             )
-        room = load_vehicle(vehicle) if vehicle else None
-        files = made_at_boot.generate(scalar, room, package, maintainer)
-    elif vehicle and method:
+        files = made_at_boot.generate(scalar, known, package, maintainer)
+    elif known and method:
         files = generate(
-            load_vehicle(vehicle), method, scalar=scalar, limits=limits, faults=faults, esc=esc,
+            known, method, scalar=scalar, limits=limits, faults=faults, esc=esc,
             package=package, maintainer=maintainer,
         )  # fmt: skip
     else:
@@ -67,5 +67,7 @@ def command(
     write_folder(out, files)
     for name in files:
         echo(out / name)
+    if known and limits == "fixed" and not library and known.by_volts:
+        echo("limits are f_min and f_max; to have those of each voltage, --limits call", err=True)
     if package == "ros2" and not maintainer:
         echo("package.xml has a placeholder: say by --maintainer 'NAME <MAIL>' who looks after it", err=True)

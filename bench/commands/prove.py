@@ -49,7 +49,8 @@ def command(
     Writes proof.json and a page beside the C: no run-time error, thrusts inside the limits, answers to many
     demands, rounding, the worst path, MISRA rules. Several kernels get a folder each, and proofs.md has a
     line of each. Exit code 3 where an error or a thrust outside the limits can't be excluded, or an answer
-    was wrong. `make prove` installs what this needs, and proves all.
+    was wrong; also for ESCs of several kinds, whose range can't be shown. `make prove` installs what this
+    needs, and proves all.
     """
     from concurrent.futures import ProcessPoolExecutor
     from functools import partial

@@ -86,7 +86,7 @@ def last_metre(vehicle: Vehicle, seed: int) -> list[LastMetre]:
 
     Raises NotApplicable where the method does not cover the vehicle.
     """
-    if not vehicle.esc or any(np.isnan(esc.nominal) and len(esc.volts) > 1 for esc in vehicle.esc):
+    if not vehicle.esc or any(esc.needs_volts for esc in vehicle.esc):
         return []
     allocate = build(METHOD, vehicle)
     towards = np.random.default_rng(seed).normal(size=(DIRECTIONS, vehicle.k)) * vehicle.wrench_scale

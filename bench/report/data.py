@@ -33,14 +33,14 @@ def data(machines: Sequence[NamedRun]) -> dict[str, Any]:
     found = [machine for m in machines for machine in _machine(m, place)]
     pools = [pool for machine in found for method in machine["methods"] for pool in method["pools"]]
     sets = {pool["demands"] for pool in pools} - {""}
-    formulations = {method["formulation"] for machine in found for method in machine["methods"]}
+    titles = {method["formulation"]: method["title"] for machine in found for method in machine["methods"]}
     return {
         "close": CLOSE,
         "fits": [str(fit) for fit in Fit],
         "rate_hz": loop_of(*(m.run for m in machines)).rate_hz,
         "times": times,
         "sets": in_order(sets),
-        "formulations": {name: find_formulation(name).title for name in sorted(formulations)},
+        "formulations": dict(sorted(titles.items())),
         "machines": found,
         # An unknown frame, as of a record of counts alone, has no entry.
         "frames": {p.vehicle: described(p.frame) for m in machines for p in m.run.record.problems},
@@ -97,6 +97,8 @@ def _method(
         "family": first.family,
         "solver": f"{solver} {version}".strip(),
         "formulation": first.formulation,
+        "title": first.title,
+        "unlimited": first.unlimited,
         "steps": first.worst_case_steps,
         "freedom": problem.nullity if problem else None,
         "iterations": most(row.iterations_max for row in rows),
@@ -133,6 +135,7 @@ def _pool(pool: Pool, rows: Sequence[Row]) -> dict[str, Any]:
         "refused": _shown(seen.refused),
         "refusal": seen.refusal,
         "picky": seen.picky,
+        "moving": seen.moving,
         "lost": _shown(most(largest_loss(row) for row in rows)),
         "p50": seen.p50_us,
         "cpu": seen.cpu_us,
@@ -155,6 +158,8 @@ def _kernel(kernel: Counted) -> dict[str, Any]:
         "family": kernel.family,
         "solver": kernel.solver,
         "formulation": kernel.formulation,
+        "title": find_formulation(kernel.formulation).title,
+        "unlimited": not find_formulation(kernel.formulation).limited,
         "exact": kernel.optimal,
         "refusal": refusal_of(kernel.formulation),
         "instructions": kernel.instructions,

@@ -15,8 +15,6 @@ from bench.results.text import cut, percent, three
 
 USUAL = Loop(rate_hz=100.0, budget=0.1)
 """The loop that reports open with: an autopilot's usual rate, a tenth of its period for allocation."""
-UNLIMITED = "unlimited"
-"""The formulation of methods whose thrusts may lie beyond the limits."""
 NOISY_SHARE = 0.1
 """Share of disturbed rows above which a machine is called noisy."""
 
@@ -90,7 +88,7 @@ def verdict(own: Sequence[Size], loop: Loop) -> str:
 def _worth(first: Size, own: Sequence[Size]) -> str:
     """How good the answers of what is to be taken are, and which demands get none."""
     exactness = "exact" if first.exact else f"not exact ({_why_not_exact(own)})"
-    if first.formulation == UNLIMITED:
+    if first.unlimited:
         exactness += ", knows no limits"
     if first.refusal:
         return f"{exactness}, refuses {first.refusal}"
@@ -108,7 +106,8 @@ def _refusing(first: Size, own: Sequence[Size]) -> Size | None:
 
 def spoken(size: Size) -> str:
     """A method as one says its name: generated C by its twin's."""
-    return f"{size.twin} as generated C" if size.twin else size.label
+    call = " with --limits call" if size.moving else ""  # of codegen: the limits of each call are arguments
+    return f"{size.twin} as generated C{call}" if size.twin else size.label
 
 
 def sure(run: Run) -> str:

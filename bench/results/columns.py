@@ -39,6 +39,20 @@ class Row(Judgements):
         return self.described.family or find_formulation(self.formulation).family
 
     @cached_property
+    def unlimited(self) -> bool:
+        """Whether thrusts may lie beyond the limits; a user's method says so of itself."""
+        known = find_formulation(self.formulation)
+        measured = [cell for cell in self.measured.cells if cell.status == "ok"]
+        own = self.described.plugin and known.references == () and bool(measured)
+        return not known.limited or (own and not any(cell.limited for cell in measured))
+
+    @cached_property
+    def title(self) -> str:
+        """What its answers are, in a few words."""
+        known = find_formulation(self.formulation)
+        return "a rule that promises no limits" if self.unlimited and known.limited else known.title
+
+    @cached_property
     def failed(self) -> Cell | None:
         """The first repeat that was not measured, None where all were."""
         return next((cell for cell in self.measured.cells if cell.status != "ok"), None)

@@ -20,6 +20,7 @@ class Size:
     ----------
     vehicle, method, label : what was sized; the label is method, start and level
     twin, family, solver, formulation : of the method, as the record describes it
+    unlimited : whether thrusts may lie beyond the limits
     fit : the verdict
     reason : what prevents a better ``fit``, or why late calls do not; empty where nothing does
     exact : whether it is exact wherever an attainable demand was asked
@@ -28,6 +29,7 @@ class Size:
     refusal : that, or what else it refuses, in words; empty where it answers all
     short : whether it leaves out more than SERVED_WITHIN of some demand that can be met
     picky : whether it refuses what can't be met, and delivers what can
+    moving : whether a log's calls, or all, had limits of their own: C for these takes ``--limits call``
     freedom : n - rank T of the vehicle, None where it is not known
     p50_us : median on the demand set that takes longest [us], None where there are too few calls
     p999_us, max_us : p99.9 and the slowest of the single calls on all sets together [us], or None; a set with
@@ -48,6 +50,7 @@ class Size:
     family: str = ""
     solver: str = ""
     formulation: str = ""
+    unlimited: bool = False
     fit: Fit
     reason: str
     exact: bool = False
@@ -55,6 +58,7 @@ class Size:
     refusal: str = ""
     short: bool = False
     picky: bool = False
+    moving: bool = False
     freedom: int | None = None
     p50_us: float | None = None
     p999_us: float | None = None
@@ -114,6 +118,7 @@ def worst(there: Mapping[str, Size]) -> Size:
         reason=f"{place}: {size.reason}" if size.reason else "",
         exact=all(s.exact for s in there.values()),
         short=any(s.short for s in there.values()),
+        moving=any(s.moving for s in there.values()),
         refused=max(s.refused for s in there.values()),
         refusal=max(there.values(), key=lambda s: (s.refused, s.refusal)).refusal,
         p50_us=most(s.p50_us for s in there.values()),

@@ -134,6 +134,7 @@ def _pool(
         family=first.family,
         solver=first.described.solver,
         formulation=first.formulation,
+        unlimited=first.unlimited,
         freedom=problem.nullity if problem else None,
         fit=Fit.UNKNOWN,
         reason=unfit(rows),
@@ -144,6 +145,10 @@ def _pool(
     singles = [(ns * factor, count) for ns, count in merged(row.measured.singles for row in rows)]
     p50 = _times(factor, most_of_all(row.call_p50_us for row in rows))
     tail = quantile(singles, 0.999)
+    problems = [problem for row in rows if (problem := asked.get((row.vehicle, row.demands)))]
+    moving = any(p.moving and p.given for p in problems) or (
+        bool(problems) and all(p.moving for p in problems)
+    )
     refusals = [refusal(row, asked.get((row.vehicle, row.demands))) for row in rows]
     refused, words = max((found for found in refusals if found[1]), key=itemgetter(0), default=(0.0, ""))
     size = replace(
@@ -152,6 +157,7 @@ def _pool(
         short=(largest_miss(rows) or 0.0) > SERVED_WITHIN,
         refused=refused,
         refusal=words,
+        moving=moving,
         picky=refuses(first.formulation) and words not in MISSES,
         p50_us=p50,
         p999_us=None if tail is None or p50 is None or tail / 1000 < p50 else tail / 1000,

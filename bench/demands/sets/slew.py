@@ -22,6 +22,8 @@ def within(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Within:
     """
     if vehicle.slew is None:
         raise NotApplicable(f"{vehicle.name}: has no slew rates; add 'slew' [N/s] to its file")
+    if any(esc.needs_volts for esc in vehicle.esc):
+        raise NotApplicable(f"{vehicle.name}: its ESCs' curve has several voltages; add 'volts' to 'esc'")
     taus = under_way(vehicle, rng, n)
     allocate = build("scaled", vehicle)
     lows, highs = np.empty((2, n, vehicle.n))

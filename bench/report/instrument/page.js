@@ -16,7 +16,7 @@ function choice(select, pairs) {
 
 function build() {
   choice(by("vehicle"), names((m) => m.vehicle).sort().map((name) => [name, data.frames[name] ? `${name} (${data.frames[name].split(":")[0]})` : name]));
-  choice(by("formulation"), [["", "any"], ...Object.entries(data.formulations).map(([name, title]) => [name, title === "a rule within limits" ? `${name}: ${title}` : title])]);
+  choice(by("formulation"), [["", "any"], ...Object.entries(data.formulations).map(([name, title]) => [name, title.startsWith("a rule ") ? `${name}: ${title}` : title])]);
   choice(by("demands"), [["", "all kinds"], ...data.sets.map((name) => [name, name])]);
   data.machines.forEach((machine, i) => {
     const label = element("label", "");
@@ -94,7 +94,7 @@ const matches = (size, text) => !text || [size.label, size.family, data.fits[siz
 function picked(ranked) {
   const labels = state.pick ? state.pick.split("|") : [];
   const chosen = labels.map((label) => ranked.find((size) => size.label === label)).filter(Boolean);
-  return chosen.length ? chosen : [...new Set([ranked[0], ranked.find((size) => size.formulation === "unlimited" && size.fit !== UNKNOWN)])].filter(Boolean);
+  return chosen.length ? chosen : [...new Set([ranked[0], ranked.find((size) => size.unlimited && size.fit !== UNKNOWN)])].filter(Boolean);
 }
 
 function pick(label) {

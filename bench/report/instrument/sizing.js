@@ -20,7 +20,7 @@ function singlesOf(method, demands) {
 
 // loop: {rate [Hz], budget [-], period and limit [us], clock [Hz]}
 function sizeOf(machine, method, loop, demands) {
-  const size = { ...method, data: method, machine: machine.name, fit: UNKNOWN, reason: "", exact: false, short: false, refused: 0, refusal: "", picky: false, p50: null, cpu: null, p999: null, max: null, late: 0, calls: 0, bound: null, up_to: null, lost: null };
+  const size = { ...method, data: method, machine: machine.name, fit: UNKNOWN, reason: "", exact: false, short: false, refused: 0, refusal: "", picky: false, moving: false, p50: null, cpu: null, p999: null, max: null, late: 0, calls: 0, bound: null, up_to: null, lost: null };
   if (machine.cpi) return counted(machine, size, loop);
   const pool = method.pools.find((own) => own.demands === demands);
   Object.assign(size, pool);
@@ -109,7 +109,7 @@ function three(value) {
 // The sentence of bench/report/verdict.py.
 function verdict(sizes, vehicle, loop, where) {
   const question = `${vehicle} at ${general(loop.rate)} Hz${where}`, first = sizes[0];
-  const spoken = (size) => (size.twin ? `${size.twin} as generated C` : size.label);
+  const spoken = (size) => (size.twin ? `${size.twin} as generated C${size.moving ? " with --limits call" : ""}` : size.label);
   if (!first) return `${question}: nothing was measured.`;
   if (first.fit > MAY_FIT) {
     const times = sizes.filter((size) => size.fit === DOES_NOT_FIT && size.p50 !== null).map((size) => size.p50);
@@ -119,7 +119,7 @@ function verdict(sizes, vehicle, loop, where) {
   if (first.refused >= 1) return `${question}: nothing to take: ${spoken(first)} refuses ${first.refusal}.`;
   const late = sizes.find((size) => size.exact && size.fit === DOES_NOT_FIT), picky = sizes.find((size) => size.exact && size.refused && size.fit <= MAY_FIT);
   const inexact = picky ? `${spoken(picky)}, which is, does not answer all` : late ? `${late.label}, which is, takes too long` : "no exact method was measured";
-  const exactness = (first.exact ? "exact" : `not exact (${inexact})`) + (first.formulation === "unlimited" ? ", knows no limits" : "");
+  const exactness = (first.exact ? "exact" : `not exact (${inexact})`) + (first.unlimited ? ", knows no limits" : "");
   const exact = first.refusal ? `${exactness}, refuses ${first.refusal}` : sizes.some((size) => size.refused) ? `${exactness}, answers all` : exactness;
   const share = (first.p50 ?? 0) / loop.period;
   let text = `${question}: take ${spoken(first)}; ${exact}; ${share < 1e-4 ? "under 0.01 %" : percent(share)} of the period`;

@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 from alloc.allocation import WRENCH_TOLERANCE
-from alloc.formulations import find_formulation
 from bench.results.columns import Row
 from bench.results.ranking import best, largest_loss, right
 from bench.results.rows import Run
@@ -48,7 +47,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     for method in methods:
         own = [one for one in priced if one.row.method == method]
         cells = [cell for kind in kinds for cell in _cells([one for one in own if one.kind == kind], kind)]
-        lines.append([method, find_formulation(own[0].row.formulation).title, *cells, _below_clip(own)])
+        lines.append([method, own[0].row.title, *cells, _below_clip(own)])
     vehicles = counted(len({one.row.vehicle for one in priced}), "vehicle")
     sets = ", ".join(f"{kind}: {_names(run, priced, kind)}" for kind in kinds)
     caller = "from the board's driver" if run.by_driver else "from Python"

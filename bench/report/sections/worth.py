@@ -54,7 +54,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
 
 def answers(row: Row) -> str:
     """What a row's answers are, in words; near an optimum where only a solver's tolerance misses it."""
-    title = find_formulation(row.formulation).title
+    title = row.title
     if not right(row):
         return f"wrong: {row.wrong or 'farther from the optimum than promised'}"
     if not optimal(row) or exact(row):

@@ -20,6 +20,10 @@ def remarks(folder: Path, esc: str, rest: str = "") -> str:
 
 
 SLIPS = {
+    "no 'volts', and the curve has 12 to 16 V, so each call must say the voltage": (
+        SOUND.replace("curve: {", "curve: {12: [[-100, -20], [0, 0], [100, 30]], "),
+        "f_min: -30\nf_max: 40",
+    ),
     "is not monotone": (SOUND.replace("[9, 0]", "[9, 0], [50, 30], [60, 20]"), ""),
     "makes 18 N at neutral, 50": (SOUND.replace("neutral: 0", "neutral: 50"), ""),
     "astern is stronger than ahead": (SOUND.replace("-30]", "-60]"), ""),
@@ -71,3 +75,23 @@ def test_a_curve_that_ends_before_the_range_is_remarked_once(
     tmp_path: Path, esc: str, told: list[str]
 ) -> None:
     assert re.findall(r"of the range (.*) the curve has", remarks(tmp_path, esc)) == told
+
+
+def test_curves_of_one_voltage_say_that_no_other_was_measured(tmp_path: Path) -> None:
+    """Of a curve without a voltage nothing is said: it stands for all."""
+    assert "all curves share 16 V alone; at another one thrusts count" in remarks(tmp_path, SOUND)
+    assert "alone" not in remarks(tmp_path, "neutral: 0, range: [-100, 100], curve: mine.csv")
+
+
+CURVE = (
+    "{{neutral: 0, range: [-100, 100], volts: {volts}, curve: {{{volts}: [[-100, -30], [0, 0], [100, 40]]}}}}"
+)
+
+
+def test_curves_of_two_supplies_have_no_voltage_in_common(tmp_path: Path) -> None:
+    """The C asked whether a voltage was at least 48 and at most 16, and its status was 1 at every call."""
+    path = tmp_path / "mine.yaml"
+    both = f"[{CURVE.format(volts=48)}, {CURVE.format(volts=16)}]"
+    path.write_text(f"name: two\ndof: [surge, yaw]\nT: [[1, 1], [0.2, -0.2]]\nesc: {both}\n")
+    said = [finding.message for finding in check_vehicle(path).findings if finding.level == "warning"]
+    assert any(line.startswith("no voltage lies in all curves; at another one") for line in said)

@@ -155,3 +155,15 @@ def test_what_cannot_be_generated_is_one_line_and_exit_code_2(tmp_path, argument
     assert done.returncode == 2
     assert says in done.stderr
     assert len(done.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "more", "told"),
+    [("bluerov2-heavy", [], True), ("bluerov2-heavy", ["--limits", "call"], False), ("ukwial", [], False)],
+)
+def test_limits_by_voltage_are_pointed_at_where_the_c_has_fixed_ones(
+    tmp_path: Path, vehicle: str, more: list[str], told: bool
+) -> None:
+    words = ["--vehicle", vehicle, "--method", "clip", "--out", str(tmp_path), *more]
+    done = CliRunner().invoke(command, words, catch_exceptions=False)
+    assert ("to have those of each voltage, --limits call" in done.stderr) == told

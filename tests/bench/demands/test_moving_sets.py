@@ -75,6 +75,10 @@ def test_a_vehicle_whose_file_does_not_say_enough_has_no_such_set() -> None:
     quick = replace(load_vehicle("ukwial"), slew=None)
     with pytest.raises(NotApplicable, match="has no slew rates; add 'slew'"):
         build_demands("slew", quick, 1)
+    heavy = load_vehicle("bluerov2-heavy")
+    bare = replace(heavy, esc=tuple(replace(esc, nominal=float("nan")) for esc in heavy.esc))
+    with pytest.raises(NotApplicable, match="curve has several voltages; add 'volts' to 'esc'"):
+        build_demands("slew", bare, 1)
     with pytest.raises(NotApplicable, match="has no limits by voltage; add 'volts'"):
         build_demands("sag", quick, 1)
     heavy = load_vehicle("bluerov2-heavy")

@@ -193,6 +193,28 @@ def test_a_solver_that_gave_up_on_what_another_meets_is_no_refusal_of_the_log(tm
     )
 
 
+@pytest.mark.parametrize("limited", [True, False])
+def test_a_plug_in_that_promises_no_limits_is_named_as_such(tmp_path: Path, limited: bool) -> None:
+    """An unclipped pseudoinverse of a user's own was "a rule within limits", and taken as one."""
+    described = Method(name="mine", formulation="mine", plugin=True)
+    cell = replace(on_log("mine", 1), formulation="mine", limited=limited)
+    line = said(tmp_path, 50, described, log(), cell)
+    assert ("knows no limits" in line) != limited
+    (row,) = read_run(tmp_path).rows
+    assert row.title == ("a rule within limits" if limited else "a rule that promises no limits")
+
+
+@pytest.mark.parametrize(("moving", "given", "said_so"), [(True, True, True), (False, True, False)])
+def test_c_for_limits_that_move_is_named_with_its_option(
+    tmp_path: Path, moving: bool, given: bool, said_so: bool
+) -> None:
+    """What was timed and judged took the limits of each call; C without them goes beyond those of a moment."""
+    native = on_log("scaled@native", 1)
+    described = Method(name="scaled@native", formulation="scaled", twin="scaled")
+    lines = (described, log(moving=moving, given=given), native)
+    assert ("take scaled as generated C with --limits call;" in said(tmp_path, 50, *lines)) == said_so
+
+
 def test_what_gives_nothing_of_a_part_of_a_log_is_not_taken_where_another_delivers(tmp_path: Path) -> None:
     """The main can't reverse, and of a demand a little astern ``scaled`` made no thrust at all."""
     idle = on_log("scaled", 1, 1.0, 2)
