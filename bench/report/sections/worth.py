@@ -1,6 +1,5 @@
 """Report section: for each vehicle the few methods worth considering."""
 
-from alloc.formulations import find_formulation
 from bench.report.readme import lost, not_counted, served
 from bench.report.verdict import loop_of
 from bench.results.columns import Row
