@@ -208,7 +208,7 @@ def test_a_plug_in_that_promises_no_limits_is_named_as_such(tmp_path: Path, limi
 def test_c_for_limits_that_move_is_named_with_its_option(
     tmp_path: Path, moving: bool, given: bool, said_so: bool
 ) -> None:
-    """What was timed and judged took the limits of each call; C without them goes beyond those of a moment."""
+    """What was timed took the limits of each call; C without them goes beyond those of a moment."""
     native = on_log("scaled@native", 1)
     described = Method(name="scaled@native", formulation="scaled", twin="scaled")
     lines = (described, log(moving=moving, given=given), native)
