@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from alloc import Allocation, NotApplicable, Status, Vehicle
+from alloc import Allocation, Label, NotApplicable, Status, Vehicle
 from alloc.allocation import BoolArray
 from alloc.formulations import list_formulations
 from alloc.live.plain import ANY_DISTANCE
@@ -35,6 +35,9 @@ ROUNDING = 1e-9
 
 EDGE = 1e-6
 """|alpha* - 1| within which a status may differ between the sides: there rounding decides it."""
+
+LESS = (Status.NOT_CONVERGED, Status.PARTIAL)
+"""What may become SOLVED: its equations show that this is better."""
 
 
 class SideAnswers(NamedTuple):
@@ -173,18 +176,34 @@ def wrong_ones(question: Question, side: SideAnswers) -> BoolArray:
     return wrong
 
 
-def differ(question: Question, base: SideAnswers, head: SideAnswers) -> str:
+def _mended(question: Question, base: SideAnswers, head: SideAnswers, doubted: bool) -> BoolArray:
+    """Which demands (N,) head answers rightly, and base wrongly, or not at all, or only in part.
+
+    What is SOLVED is held to the equations; of PARTIAL nothing says that it is any use. Where base is wrong
+    on a demand, here or ``doubted`` before, by a reversed sign say, it is no evidence either of what is right
+    where no optimum is known, as of demands beyond reach.
+    """
+    pairs = zip(base.answers, head.answers, strict=True)
+    before = wrong_ones(question, base)
+    better = np.array([a.status in LESS and b.status == Status.SOLVED for a, b in pairs], dtype=bool)
+    if doubted or before.any():
+        now = measured(question, head.answers, head.promises["formulation"])
+        beyond = question.demands.labels == Label.INFEASIBLE
+        better |= np.isnan(now.distance) & (now.finite | beyond)
+    mended: BoolArray = (before | better) & ~wrong_ones(question, head)
+    return mended
+
+
+def differ(question: Question, base: SideAnswers, head: SideAnswers, *, doubted: bool = False) -> str:
     """How two sides' answers differ; empty where they don't, or were wrong, or none, and now are right.
 
-    Answers that are wrong on both sides are compared too: a wrong answer may get worse.
+    Answers that are wrong on both sides are compared too: a wrong answer may get worse. ``doubted`` says that
+    base was wrong on another question.
     """
     vehicle, on_edge = question.demands.vehicle, np.abs(question.demands.alpha - 1) <= EDGE
     if less := _less(base, head):
         return less
-    pairs = [(a.status, b.status) for a, b in zip(base.answers, head.answers, strict=True)]
-    # What is SOLVED is held to the equations; of PARTIAL nothing says that it is any use.
-    found = np.array([pair == (Status.NOT_CONVERGED, Status.SOLVED) for pair in pairs], dtype=bool)
-    mended = (wrong_ones(question, base) | found) & ~wrong_ones(question, head)
+    mended = _mended(question, base, head, doubted)
     alike = ~mended
     for i, (a, b) in enumerate(zip(base.answers, head.answers, strict=True)):
         if a.status != b.status:

@@ -4,6 +4,9 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from math import inf
 
+import numpy as np
+
+from alloc import Label, Status
 from bench.gate.answers import SideAnswers, answered, answered_early, cut, differ, first, wrong
 from bench.gate.ask_forms import ask_forms, one_of, wrong_forms
 from bench.gate.asked import ALONE, NEARLY, RESIZED, WIDER, nearly_symmetric
@@ -11,6 +14,8 @@ from bench.gate.prober import Prober
 from bench.gate.record import GateCell
 from bench.judging.question import Question
 
+FEW = 0.5
+"""Share of demands within the limits of a closed form below which a new method gets a remark."""
 AGAIN = 20
 """How many demands the first allocator of a cell is asked again, after others were built."""
 
@@ -47,7 +52,8 @@ def judge_cell(
         cell.turned_wrong = cell.turned_wrong or ("" if before else now)
         # On such edges rounding in another order may move thrusts far.
         if asked is theirs and of_base.demands.name != NEARLY:
-            cell.differ = cell.differ or _when(of_base, differ(of_base, base, head))
+            doubted = bool(cell.base_wrong)
+            cell.differ = cell.differ or _when(of_base, differ(of_base, base, head, doubted=doubted))
         whole = whole or (base, head)
     if whole:
         _ask_again(cell, sides, (asked[0], theirs[0]), whole)
@@ -81,7 +87,18 @@ def judge_new(cell: GateCell, head: Prober, asked: Sequence[Question]) -> tuple[
         forms = wrong_forms(head, cell, asked[0].demands, whole.promises)
         if what := _answers_otherwise(head, cell, asked[0], whole) or one_of(forms):
             fails(cell, what)
-    return _slow(cell, fewest), False
+    return [*_solved(cell, asked[0], whole), *_slow(cell, fewest)], False
+
+
+def _solved(cell: GateCell, question: Question, side: SideAnswers) -> list[str]:
+    """A remark where a new cell, right by what it promises, meets few of the demands that all can meet.
+
+    Thrusts of a tenth lie within the limits and near enough for a rule that promises no more.
+    """
+    inside = np.flatnonzero(question.demands.labels[: len(side.answers)] == Label.INACTIVE)
+    solved = sum(side.answers[i].status == Status.SOLVED for i in inside.tolist())
+    met = f"`{cell.name}`: SOLVED for {solved:,} of {len(inside):,} demands that a closed form meets"
+    return [f"new, and gives less than is asked: {met}"] if solved < FEW * len(inside) else []
 
 
 def fails(cell: GateCell, why: str) -> None:

@@ -23,7 +23,7 @@ _CRC = 9
 _EDGE = re.compile(rb"tb (\d{1,10}) (board|demands|ask|end) (?=([^\n]*))")
 """The first line of a block, or its last."""
 
-_ENDS = re.compile(rb"(?:[ \t\f]|\x1b\[[\d;]*m)+$", re.MULTILINE)
+_ENDS = re.compile(rb"(?:[ \t\f]|\x1b\[[\d;]*[mK])+$", re.MULTILINE)
 """Blanks and colours that a terminal puts behind each line."""
 
 

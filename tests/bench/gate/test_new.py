@@ -76,6 +76,21 @@ def test_a_wrong_plug_in_that_is_added_beside_a_right_one_fails(tmp_path: Path) 
     assert "old" not in result.stdout
 
 
+def test_a_new_plug_in_that_gives_a_tenth_of_what_is_asked_is_remarked(tmp_path: Path) -> None:
+    """Newtons taken for kgf: what promises no more is right, and meets no demand."""
+    result = gate(tmp_path, "", RIGHT.replace("G @ tau", "G @ tau / 9.80665"))
+    assert re.search(
+        rf"new, and gives less than is asked: {CELL}: SOLVED for \d+ of [\d,]+ demands", result.stdout
+    )
+
+
+def test_a_commit_that_mends_a_sign_is_no_regression(tmp_path: Path) -> None:
+    """What was PARTIAL and is SOLVED now was called another answer, beside the remark that it is mended."""
+    result = gate(tmp_path, WRONG, RIGHT)
+    assert result.return_value in (0, 3), result.output  # 3 where this machine is too busy to time calls
+    assert f"mended: {CELL}" in result.stdout
+
+
 def test_a_new_plug_in_that_does_not_cover_the_vehicle_is_named_with_its_reason(tmp_path: Path) -> None:
     result = gate(tmp_path, "", REFUSING)
     assert result.return_value == 3, result.output

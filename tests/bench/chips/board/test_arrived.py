@@ -132,7 +132,7 @@ def test_a_foreign_log_is_refused_with_what_to_do(text: bytes, hear: Hear) -> No
         hear(text)
 
 
-@pytest.mark.parametrize("end", [b" ", b"\t", b"\x1b[0m"])
+@pytest.mark.parametrize("end", [b" ", b"\t", b"\x1b[0m", b"\x1b[0m\x1b[K", b"\x1b[0K"])
 def test_blanks_and_colours_behind_each_line_are_no_damage(end: bytes, log: bytes, hear: Hear) -> None:
     (whole,), (found,) = hear(log), hear(log.replace(b"\n", end + b"\n"))
     assert numbers(found) == numbers(whole)
