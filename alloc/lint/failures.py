@@ -43,10 +43,16 @@ class Failure(NamedTuple):
         if self.last:
             return "no thruster is left"
         if self.lost:
-            return ", ".join(
+            said = [
                 f"no {axes[0]}" if len(axes) == 1 else f"no {', '.join(axes[:-1])} and {axes[-1]} together"
                 for axes in self.lost
-            )
+            ]
+            named = {axis for axes in self.lost for axis in axes}
+            # A small coefficient names no axis, and still ties it to those that are lost.
+            said += [
+                f"no {axis} alone" for axis, share in self.left.items() if not share and axis not in named
+            ]
+            return ", ".join(said)
         axes = [f"{axis} {100 * share:.0f} %" for axis, share in self.left.items() if share < LITTLE]
         return f"{', '.join(axes)} of the range left" if axes else "every axis keeps its full range"
 

@@ -176,21 +176,27 @@ def wrong_ones(question: Question, side: SideAnswers) -> BoolArray:
     return wrong
 
 
+def useless(question: Question, base: SideAnswers, head: SideAnswers) -> bool:
+    """Whether base meets not half of the inactive demands that head meets, as with a reversed sign."""
+    inside = np.flatnonzero(question.demands.labels[: len(base.answers)] == Label.INACTIVE).tolist()
+    before, now = (sum(side.answers[i].status == Status.SOLVED for i in inside) for side in (base, head))
+    return 2 * before < now
+
+
 def _mended(question: Question, base: SideAnswers, head: SideAnswers, doubted: bool) -> BoolArray:
     """Which demands (N,) head answers rightly, and base wrongly, or not at all, or only in part.
 
-    What is SOLVED is held to the equations; of PARTIAL nothing says that it is any use. Where base is wrong
-    on a demand, here or ``doubted`` before, by a reversed sign say, it is no evidence either of what is right
-    where no optimum is known, as of demands beyond reach.
+    What is SOLVED is held to the equations; of PARTIAL nothing says that it is any use. Where base is
+    ``doubted`` it is no evidence of what is right where no optimum is known, as of demands beyond reach.
     """
     pairs = zip(base.answers, head.answers, strict=True)
-    before = wrong_ones(question, base)
-    better = np.array([a.status in LESS and b.status == Status.SOLVED for a, b in pairs], dtype=bool)
-    if doubted or before.any():
+    mended = wrong_ones(question, base)
+    mended |= np.array([a.status in LESS and b.status == Status.SOLVED for a, b in pairs], dtype=bool)
+    if doubted:
         now = measured(question, head.answers, head.promises["formulation"])
         beyond = question.demands.labels == Label.INFEASIBLE
-        better |= np.isnan(now.distance) & (now.finite | beyond)
-    mended: BoolArray = (before | better) & ~wrong_ones(question, head)
+        mended |= np.isnan(now.distance) & (now.finite | beyond)
+    mended &= ~wrong_ones(question, head)
     return mended
 
 
@@ -198,7 +204,7 @@ def differ(question: Question, base: SideAnswers, head: SideAnswers, *, doubted:
     """How two sides' answers differ; empty where they don't, or were wrong, or none, and now are right.
 
     Answers that are wrong on both sides are compared too: a wrong answer may get worse. ``doubted`` says that
-    base was wrong on another question.
+    base is ``useless`` altogether.
     """
     vehicle, on_edge = question.demands.vehicle, np.abs(question.demands.alpha - 1) <= EDGE
     if less := _less(base, head):

@@ -7,7 +7,7 @@ from math import inf
 import numpy as np
 
 from alloc import Label, Status
-from bench.gate.answers import SideAnswers, answered, answered_early, cut, differ, first, wrong
+from bench.gate.answers import SideAnswers, answered, answered_early, cut, differ, first, useless, wrong
 from bench.gate.ask_forms import ask_forms, one_of, wrong_forms
 from bench.gate.asked import ALONE, NEARLY, RESIZED, WIDER, nearly_symmetric
 from bench.gate.prober import Prober
@@ -29,7 +29,7 @@ def judge_cell(
     vehicle.
     """
     remarks: list[str] = []
-    refused, fewest = False, inf
+    refused, doubted, fewest = False, False, inf
     whole: tuple[SideAnswers, SideAnswers] | None = None
     hard = nearly_symmetric()
     for of_base, of_head in zip([*asked, hard], [*theirs, hard], strict=True):
@@ -50,9 +50,10 @@ def judge_cell(
         before, now = _when(of_base, wrong(of_base, base)), _when(of_head, wrong(of_head, head))
         cell.base_wrong, cell.head_wrong = cell.base_wrong or before, cell.head_wrong or now
         cell.turned_wrong = cell.turned_wrong or ("" if before else now)
+        if whole is None:  # the whole vehicle's, which are asked first
+            doubted = bool(before) and useless(of_base, base, head)
         # On such edges rounding in another order may move thrusts far.
         if asked is theirs and of_base.demands.name != NEARLY:
-            doubted = bool(cell.base_wrong)
             cell.differ = cell.differ or _when(of_base, differ(of_base, base, head, doubted=doubted))
         whole = whole or (base, head)
     if whole:

@@ -84,6 +84,21 @@ def test_a_new_plug_in_that_gives_a_tenth_of_what_is_asked_is_remarked(tmp_path:
     )
 
 
+def test_a_commit_that_mends_little_and_turns_what_is_beyond_reach_is_a_regression(tmp_path: Path) -> None:
+    """Base passed limits by rounding, and then no answer beyond reach counted as evidence."""
+    rule = "min(1.0, *(np.where(f > 0, vehicle.f_max, vehicle.f_min) / np.where(f == 0, 1e-300, f)))"
+    base = RIGHT.replace("lambda tau: np.clip(G @ tau, vehicle.f_min, vehicle.f_max)", "allocate").replace(
+        "    return",
+        f"    def allocate(tau):\n        f = G @ tau\n        s = {rule}\n        return s * f\n    return",
+    )
+    head = base.replace(
+        "return s * f", "return np.clip(f if s == 1 else -s * f, vehicle.f_min, vehicle.f_max)"
+    )
+    result = gate(tmp_path, base, head)
+    assert result.return_value == 1, result.output
+    assert f"| {CELL} | another answer: " in result.stdout
+
+
 def test_a_commit_that_mends_a_sign_is_no_regression(tmp_path: Path) -> None:
     """What was PARTIAL and is SOLVED now was called another answer, beside the remark that it is mended."""
     result = gate(tmp_path, WRONG, RIGHT)

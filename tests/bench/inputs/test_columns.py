@@ -321,11 +321,18 @@ def test_a_unit_in_the_name_of_a_moment_that_the_user_names_counts(
     assert tau == pytest.approx([2, 3, 4 * factor])
 
 
-@pytest.mark.parametrize("name", ["Fx_lbs", "Fx_kg_cmd", "Fx_mn", "Fx_Nm"])
+@pytest.mark.parametrize("name", ["Fx_lbs", "Fx_kg_cmd", "Fx_mn", "Fx_Nm", "Fx_gf", "Fx_pct"])
 def test_a_unit_that_is_no_force_s_is_refused_where_the_user_names_its_column(file: Path, name: str) -> None:
     written(file, f"{name},sway,yaw\n2,3,4\n")
     with pytest.raises(DemandError, match=rf"the unit of '{name}' is none of N, kN"):
         read_demands(file, DOF, parse_columns(f"surge={name}"))
+
+
+@pytest.mark.parametrize("name", ["M_lbft", "M_lb_ft", "Mz_ftlb", "M_N_mm", "M_Ncm", "M_ozin"])
+def test_a_unit_that_is_no_moment_s_is_refused_where_the_user_names_its_column(file: Path, name: str) -> None:
+    written(file, f"surge,sway,{name}\n2,3,4\n")
+    with pytest.raises(DemandError, match=rf"the unit of '{name}' is none of Nm, kNm"):
+        read_demands(file, DOF, parse_columns(f"yaw={name}"))
 
 
 @pytest.mark.parametrize(("name", "factor"), [("time_ms", 1e-3), ("stamp us", 1e-6), ("millis", 1e-3)])
