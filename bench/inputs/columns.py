@@ -14,28 +14,10 @@ _UNIT = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]\s*")
 _SUFFIX = re.compile(rf"(?P<name>.+)_(?P<unit>{'|'.join(SECONDS)}|N|kN|Nm|kNm)")
 
 
-_OTHERS = [
-    "lb",
-    "lbs",
-    "kg",
-    "kp",
-    "gf",
-    "dn",
-    "dan",
-    "lbft",
-    "ftlb",
-    "ftlbs",
-    "lbin",
-    "inlb",
-    "ozin",
-    "nmm",
-    "ncm",
-    "kgcm",
-    "kgm",
-    "pct",
-    "percent",
-    "norm",
-]
+_OTHERS = {
+    *("lb", "lbs", "kg", "kp", "gf", "dn", "dan", "pct", "percent", "norm"),
+    *("lbft", "ftlb", "ftlbs", "lbin", "inlb", "ozin", "nmm", "ncm", "kgcm", "kgm"),
+}
 _UNITS = {unit.lower() for unit in (*FORCE, *MOMENT, *_OTHERS) if len(unit) > 1}
 """Words of a name that are units of a force or a moment, and not an axis, as N may be."""
 
