@@ -1,6 +1,8 @@
 """Sides of the gate that answer in this process, and allocators that answer wrong."""
 
+import json
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +14,17 @@ from bench.gate.answers import SideAnswers
 from bench.gate.side import Refused
 from bench.gate.worker import Orders
 from bench.judging.question import Question
+
+
+def pip_notes(site: Path, name: str, url: str, *, editable: bool = False, files: str = "") -> None:
+    """Put into ``site`` what pip notes of a package that it installed: whence (PEP 610), and which files."""
+    facts = site / f"{name}-1.0.dist-info"
+    facts.mkdir(parents=True)
+    (facts / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
+    if files:
+        (facts / "RECORD").write_text(files)
+    (facts / "direct_url.json").write_text(json.dumps({"url": url, "dir_info": {"editable": editable}}))
+
 
 PROMISES = {"formulation": "hard", "limited": True, "tolerance": 1e-6}
 

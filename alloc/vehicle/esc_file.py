@@ -51,7 +51,7 @@ def limits_of(made: Sequence[Esc]) -> tuple[FloatArray, FloatArray]:
     """f_min and f_max (n,) at the ends of the curves at their nominal voltages [N]; raises VehicleError."""
     spans = []
     for esc in made:
-        if np.isnan(esc.nominal) and len(esc.volts) > 1:
+        if esc.needs_volts:
             raise VehicleError(
                 "esc.volts: the curve has several voltages, so f_min and f_max need one; give 'volts' in"
                 " 'esc', or f_min and f_max",

@@ -87,7 +87,7 @@ def _alike(escs: Sequence[Esc]) -> list[tuple[Esc, IndexArray]]:
 def _nominal(esc: Esc, volts: FloatArray) -> FloatArray:
     """The voltages (N,) [V], the nominal one where the call gives none, which is an array of -inf."""
     if len(volts) and np.isneginf(volts[0]):
-        if np.isnan(esc.nominal) and len(esc.volts) > 1:
+        if esc.needs_volts:
             raise DemandError(
                 f"the ESC's curve has {esc.volts[0]:g} to {esc.volts[-1]:g} V; give volts,"
                 " or 'volts' in 'esc'"

@@ -89,11 +89,12 @@ def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
         echo(f"warning: {doubt}", err=True)
     if outputs.taus is None or given.scale:
         return
-    doubt = like_shares(log, vehicle, outputs.taus)
     if outputs.shares:
         doubt = (
             "the log has demands in shares; 1 is taken for what the vehicle can do on an axis alone,"
             " in the weaker direction; --scale says what it is in N, N m"
         )
+    else:
+        doubt = like_shares(log, vehicle, outputs.taus)
     if doubt:
         echo(f"warning: {doubt}", err=True)

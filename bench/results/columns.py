@@ -43,8 +43,8 @@ class Row(Judgements):
         """Whether thrusts may lie beyond the limits; a user's method says so of itself."""
         known = find_formulation(self.formulation)
         measured = [cell for cell in self.measured.cells if cell.status == "ok"]
-        own = self.described.plugin and known.references == () and bool(measured)
-        return not known.limited or (own and not any(cell.limited for cell in measured))
+        rule = self.described.plugin and not known.references  # of the user's own: no file says what it keeps
+        return not known.limited or (rule and bool(measured) and not any(c.limited for c in measured))
 
     @cached_property
     def title(self) -> str:

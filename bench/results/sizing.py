@@ -145,11 +145,10 @@ def _pool(
     singles = [(ns * factor, count) for ns, count in merged(row.measured.singles for row in rows)]
     p50 = _times(factor, most_of_all(row.call_p50_us for row in rows))
     tail = quantile(singles, 0.999)
-    problems = [problem for row in rows if (problem := asked.get((row.vehicle, row.demands)))]
-    moving = any(p.moving and p.given for p in problems) or (
-        bool(problems) and all(p.moving for p in problems)
-    )
-    refusals = [refusal(row, asked.get((row.vehicle, row.demands))) for row in rows]
+    problems = [asked.get((row.vehicle, row.demands)) for row in rows]
+    known = [each for each in problems if each]
+    moving = any(p.moving and p.given for p in known) or (bool(known) and all(p.moving for p in known))
+    refusals = [refusal(row, each) for row, each in zip(rows, problems, strict=True)]
     refused, words = max((found for found in refusals if found[1]), key=itemgetter(0), default=(0.0, ""))
     size = replace(
         size,

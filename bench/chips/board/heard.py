@@ -80,7 +80,16 @@ class Heard:
         return _rounded(self.board.vehicle, next(iter(self.board.kernels.values())).scalar)
 
 
-FOREIGN = (KeyError, ValueError, IndexError, TypeError, RecursionError, zlib.error, binascii.Error)
+FOREIGN = (
+    KeyError,
+    ValueError,
+    IndexError,
+    TypeError,
+    RecursionError,
+    zlib.error,
+    binascii.Error,
+    AllocError,
+)
 """What a header raises that another driver wrote, or somebody made up."""
 
 
@@ -95,7 +104,7 @@ def boards(path: Path, log: BoardLog) -> list[Heard]:
         own = [b for b in log.blocks if b.header == name and b.kind != "board"]
         try:
             heard.append(_heard(header(block), own))
-        except (*FOREIGN, AllocError) as error:
+        except FOREIGN as error:
             reason = f"is of another version of the driver ({type(error).__name__}: {str(error)[:200]})"
             raise LogError(f"{path}: {reason}; read it with the version that wrote the project") from None
         board = heard[-1].board

@@ -1,6 +1,5 @@
 """The gate on a user's own repository: each side gets the plug-in as its commit has it, and nothing else."""
 
-import json
 import re
 from pathlib import Path
 
@@ -10,6 +9,7 @@ from click.testing import CliRunner, Result
 import gate_check
 from bench.commands.gate import command
 from bench.gate.trees import BadTree
+from tests.gate_sides import pip_notes
 
 FEW = ("--pairs", "2", "--no-instructions", "--vehicle", "ukwial")
 
@@ -139,13 +139,9 @@ def test_what_was_built_from_the_user_s_folder_and_installed_is_refused(
 ) -> None:
     """A module in C++ has no file of its name in a commit: pip notes whence it was installed (PEP 610)."""
     site = tmp_path / "site"
-    facts = site / "gains-1.0.dist-info"
-    facts.mkdir(parents=True)
-    (site / "gains.py").write_text("SIGN = 1")
-    (facts / "METADATA").write_text("Metadata-Version: 2.1\nName: gains\nVersion: 1.0\n")
-    (facts / "RECORD").write_text("gains.py,,\ngains-1.0.dist-info/METADATA,,\n")
     url = own.as_uri() if known else "https://example.org/gains.whl"
-    (facts / "direct_url.json").write_text(json.dumps({"url": url, "dir_info": {}}))
+    pip_notes(site, "gains", url, files="gains.py,,\ngains-1.0.dist-info/METADATA,,\n")
+    (site / "gains.py").write_text("SIGN = 1")
     installed = f"import sys; sys.path.insert(0, {str(site)!r}); from gains import SIGN\n"
     result = gate_own(own, installed + PLUGIN.replace("G @ tau", "SIGN * G @ tau"))
     if known:

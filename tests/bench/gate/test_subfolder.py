@@ -1,6 +1,5 @@
 """The gate in a folder of a user's repository: what a plug-in takes from beside it is a side's, too."""
 
-import json
 import shutil
 from pathlib import Path
 
@@ -10,6 +9,7 @@ from click.testing import CliRunner, Result
 import gate_check
 from bench.commands.gate import command
 from bench.gate.trees import BadTree
+from tests.gate_sides import pip_notes
 
 ALWAYS = ("--pairs", "2", "--no-instructions", "--vehicle", "ukwial")
 
@@ -119,12 +119,7 @@ def test_a_folder_s_helper_from_an_installation_around_it_is_refused(
 ) -> None:
     """Of what was installed with -e, pip notes the repository (PEP 610) and not its modules."""
     site = tmp_path / "site"
-    facts = site / "rov-1.0.dist-info"
-    facts.mkdir(parents=True)
-    (facts / "METADATA").write_text("Metadata-Version: 2.1\nName: rov\nVersion: 1.0\n")
-    (facts / "direct_url.json").write_text(
-        json.dumps({"url": own.as_uri(), "dir_info": {"editable": editable}})
-    )
+    pip_notes(site, "rov", own.as_uri(), editable=editable)
     text = PLUGIN.format(folder=repr(str(own)) + f"); sys.path.append({str(site)!r}")
     (own / "control" / "mine.py").write_text(text)
     other = shutil.copytree(own / "control", tmp_path / "control")
