@@ -29,13 +29,14 @@ def nearly_dependent(vehicle: Vehicle, digits: int) -> tuple[int, int]:
     least singular value of a set by at most the Frobenius norm of what it moves its entries by (Weyl). A set
     whose least singular value is no larger may be dependent in truth; one at rounding, FLAT, is so in print.
     """
-    on, r = vehicle.working, vehicle.rank
+    A = vehicle.T / vehicle.row_lengths[:, None]
+    lengths = np.linalg.norm(A, axis=0)
+    on, r = np.intersect1d(vehicle.working, np.flatnonzero(lengths)), vehicle.rank
     count = comb(len(on), r)
     if not r or count > SETS:
         return 0, 0
-    A = vehicle.T[:, on] / vehicle.row_lengths[:, None]
-    lengths = np.linalg.norm(A, axis=0)
-    A, sets = A / lengths, np.array(list(islice(combinations(range(len(on)), r), count)))
+    A, lengths = A[:, on] / lengths[on], lengths[on]
+    sets = np.array(list(islice(combinations(range(len(on)), r), count)))
     sigma = np.linalg.svd(A.T[sets], compute_uv=False)[:, r - 1]
     half = 0.5 * 10.0**-digits
     moved = np.linalg.norm(half / vehicle.row_lengths) / lengths

@@ -17,6 +17,9 @@ LEAST = 1e-3
 of a file is printed to as many as the longest."""
 ALIKE = 0.05
 """Share by which propellers of one kind may differ in their own moments."""
+LONGEST = 0.2
+"""Longest moment for its thrust that is taken for a propeller's own [m]: about that of one a metre wide, and
+below the arms of thrusters, which a transposed T has there."""
 MOST_DIGITS = 6
 """Decimals up to which a number is shown as the file has it; more come from a program."""
 
@@ -48,8 +51,9 @@ def along_thrust(T: FloatArray, dof: Sequence[str]) -> Along:
     whole, known = _six_rows(T, dof)
     half = _half_digits(T, dof)
     force, moment = whole[:3], whole[3:]
-    # A product of which one factor is left out of T is unknown, unless the other factor is zero.
-    open_ = (~known[:3] & (np.abs(moment) > half[3:])) | (~known[3:] & (np.abs(force) > half[:3]))
+    # A product is unknown where both factors are left out of T, and where one is and the other is not zero.
+    open_ = ~known[:3] & (~known[3:] | (np.abs(moment) > half[3:]))
+    open_ |= ~known[3:] & (np.abs(force) > half[:3])
     squared = (force**2).sum(axis=0)
     certain = ~open_.any(axis=0) & (squared > 0)
     over = np.where(certain, squared, 1.0)
@@ -78,7 +82,8 @@ def alike(T: FloatArray, dof: Sequence[str]) -> float:
     if len(sizes) < 2 or not (sizes > doubt).all():
         return 0.0
     typical = float(np.median(sizes))
-    return typical if (np.abs(sizes - typical) <= ALIKE * typical + doubt).all() else 0.0
+    near = (np.abs(sizes - typical) <= ALIKE * typical + doubt).all()
+    return typical if near and typical < LONGEST else 0.0
 
 
 def refusals(

@@ -67,3 +67,13 @@ def test_sets_that_a_printed_digit_decides_are_those_that_lose_rank_in_truth() -
 @pytest.mark.parametrize(("digits", "found"), [(3, None), (4, 4), (7, 7), (12, 12), (14, None)])
 def test_decimals_are_those_that_were_printed(digits: int, found: int | None) -> None:
     assert decimals(np.random.default_rng(3).normal(size=(6, 8)).round(digits)) == found
+
+
+def test_a_thruster_that_moves_no_controlled_axis_has_no_digits(tmp_path: Path) -> None:
+    """A column of zeros of a printed T ended in a traceback of the linear algebra."""
+    file = tmp_path / "planar.yaml"
+    file.write_text(
+        "name: planar\ndof: [surge, yaw]\nf_min: -40\nf_max: 40\nT: [[1, 1, 0], [0.7071, -0.7071, 0]]\n"
+    )
+    said = [finding.message for finding in check_vehicle(str(file)).findings]
+    assert any("moves no controlled DOF" in each for each in said)

@@ -58,6 +58,8 @@ def test_rows_that_a_matrix_leaves_out_are_given_the_benefit_of_the_doubt() -> N
     moment = along_thrust(T, ("surge", "sway", "heave", "roll", "yaw")).moment
     assert np.isnan(moment[0])
     assert moment[1] == pytest.approx(0.25)
+    both = T[[0, 2, 3, 4]]  # sway and pitch are left out, and so is their product
+    assert np.isnan(along_thrust(both, ("surge", "heave", "roll", "yaw")).moment).all()
 
 
 def test_the_flown_matrix_is_refused_with_names_numbers_and_suspects() -> None:
@@ -141,6 +143,15 @@ def test_propellers_of_one_kind_are_warned_about_and_not_refused(tmp_path: Path)
     warnings = [f.message for f in check_vehicle(file).findings if f.level == "warning"]
     assert any("0.06 m along its own thrust" in warning for warning in warnings)
     assert load_vehicle(file).n == 7
+
+
+def test_what_no_propeller_is_long_enough_for_is_no_moment_of_its_own() -> None:
+    """A T with one thruster a row has arms there, of a third of a metre: it was taken without a word."""
+    positions, directions, _ = thrusters(3, 7)
+    moments = 0.33 * np.array([1, -1, 1, -1, 1, 1, -1])
+    T = pose_matrix(positions, directions, reaction_torque=moments)
+    assert alike(T, DOF) == 0
+    assert len(refusals(T, DOF, np.zeros(7), [f"T{i}" for i in range(7)])) == 7
 
 
 @pytest.mark.parametrize("name", list_vehicles())
