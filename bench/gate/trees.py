@@ -17,6 +17,8 @@ COMPILED = shutil.ignore_patterns("__pycache__", "*.pyc")
 """What is not copied of a package."""
 SUBMODULE = re.compile(r"160000 commit (?P<commit>[0-9a-f]+)\t(?P<path>.+)")
 """A line of git ls-tree that names another repository's commit."""
+TREE = "alloc/allocation.py"
+"""A file that every tree of this project has, and a user's own package of that name hardly."""
 PLACES = (
     "GIT_DIR",
     "GIT_COMMON_DIR",
@@ -75,10 +77,10 @@ def folder(path: Path) -> Source:
 
 
 def is_own(source: Source) -> bool:
-    """Whether a side holds no ``alloc``: a repository of the user's own, whose plug-ins are measured."""
+    """Whether a side lacks this project's ``alloc``: a user's repository, whose plug-ins are measured."""
     if not source.commit:
-        return not (source.path / "alloc").is_dir()
-    return _run(source.path, "cat-file", "-e", f"{source.commit}:./alloc/__init__.py").returncode != 0
+        return not (source.path / TREE).is_file()
+    return _run(source.path, "cat-file", "-e", f"{source.commit}:./{TREE}").returncode != 0
 
 
 def own(source: Source, into: Path, files: Sequence[Path]) -> None:

@@ -39,6 +39,7 @@ def in_two_folders(folder: Path, library: bool = False) -> tuple[trees.Source, t
         if library:
             (side / "alloc").mkdir()
             (side / "alloc" / "__init__.py").touch()
+            (side / "alloc" / "allocation.py").touch()
     return trees.folder(sides[0]), trees.folder(sides[1])
 
 
@@ -69,3 +70,13 @@ def test_a_submodule_that_is_not_here_is_named(tmp_path: Path) -> None:
     gate_check.git(base.path, "submodule", "--quiet", "deinit", "--force", "lib")
     with pytest.raises(trees.BadTree, match=r"lib: a submodule that is not here; run git submodule update"):
         trees.own(base, tmp_path / "base", [])
+
+
+def test_a_package_of_the_user_s_that_is_called_alloc_is_named(tmp_path: Path) -> None:
+    """It was taken for a tree of this project, and the remedy was another base."""
+    base, _ = in_two_folders(tmp_path)
+    (base.path / "alloc").mkdir()
+    (base.path / "alloc" / "__init__.py").touch()
+    assert trees.is_own(base)
+    with pytest.raises(trees.BadTree, match="has an 'alloc' that is none of this project's; rename it"):
+        trees.own(base, tmp_path / "base", [Path("mine.py")])
