@@ -33,6 +33,7 @@ OTHER = {
     *("enable", "enabled", "pwm", "joy", "joystick", "stick", "rc", "kp", "ki", "kd", "gain", "drag", "wave"),
     *("made", "actual", "wind", "ocean"),
     *(unit.lower() for unit in (*FORCE, *MOMENT)),
+    *("kilonewton", "kilonewtons", "pound", "pounds", "lb", "lbs"),
 }
 """Words before a DOF's name that make it another thing: its opposite, one side's, a bound, a share, or a
 force in a unit that no bracket says."""

@@ -15,9 +15,12 @@ _SUFFIX = re.compile(rf"(?P<name>.+)_(?P<unit>{'|'.join(SECONDS)}|N|kN|Nm|kNm)")
 
 
 _OTHERS = {
-    *("lb", "lbs", "kg", "kp", "gf", "dn", "dan", "pct", "percent", "norm"),
+    *("lb", "lbs", "pound", "pounds", "kg", "kp", "gf", "gram", "grams", "tf", "tonne", "tonnes"),
+    *("kilonewton", "kilonewtons", "dn", "dan", "pct", "percent", "norm"),
     *("lbft", "ftlb", "ftlbs", "lbin", "inlb", "ozin", "nmm", "ncm", "kgcm", "kgm"),
 }
+_WITHIN = re.compile(r"[\W_]+|(?<=[a-jln-z])(?=(?:kNm?|Nm|[lL]bf|[kK]gf)(?![A-Za-z]))")
+"""What parts the words of a name: signs, and a small letter before a unit, as in ``FxkN``."""
 _UNITS = {unit.lower() for unit in (*FORCE, *MOMENT, *_OTHERS) if len(unit) > 1}
 """Words of a name that are units of a force or a moment, and not an axis, as N may be."""
 
@@ -196,10 +199,13 @@ def _moments(
 
 def _spelt(name: str, quantity: str) -> str:
     """The unit that stands in a name without brackets, known or not, as in ``Fx_lbf``; empty for none."""
-    words = [word for word in re.split(r"[\W_]+", name) if word][1:]
+    first, *words = [word for word in _WITHIN.split(name) if word] or [""]
     while words and words[-1].lower() in MEANT:
         words.pop()
-    for word in ("".join(words[-2:]), *reversed(words[-2:])):
+    last = words[-2:]
+    if quantity != TIME:  # kN_Fx, but N is an axis
+        words = [*([first] if len(first) > 1 else []), *words]
+    for word in ("".join(last), *reversed(last if quantity == TIME else words)):
         alike = [unit for unit in known(quantity) if unit.lower() == word.lower()]
         if word in alike or (len(alike) == 1 and len(word) > 1):
             return word if word in alike else alike[0]

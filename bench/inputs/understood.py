@@ -79,10 +79,14 @@ def attitude(found: Mapping[str, Column], given: Container[str]) -> dict[str, st
 def like_angles(path: Path, found: Mapping[str, Column], given: Container[str]) -> str:
     """A doubt about moments that are called ``yaw``, as an attitude is, beside forces with names as ``Fx``.
 
-    ``given`` are the quantities whose columns the user names, about which there is none.
+    ``given`` are the quantities whose columns the user names: there is no doubt about these, but where no
+    force has its axis' own name, as with X, Y and Z, moments will not have theirs either.
     """
     guessed = {axis: column for axis, column in found.items() if axis in DOF and axis not in given}
-    wrench = next((c.name for axis, c in guessed.items() if axis not in words_of(c.name)), "")
+    forces = {axis: column for axis, column in found.items() if axis in DOF and axis not in MOMENTS}
+    own = any(axis in words_of(column.name) for axis, column in forces.items())
+    told = guessed if own else guessed | forces
+    wrench = next((c.name for axis, c in told.items() if axis not in words_of(c.name)), "")
     angles = {axis: column.name for axis, column in guessed.items() if maybe_angle(column, axis)}
     if not wrench or not angles:
         return ""

@@ -212,7 +212,7 @@ def test_what_is_another_thing_than_sway_is_not_taken_for_it(file: Path, name: s
     written(file, f"surge,{name},yaw\n1,2,3\n")
     message = refused(lambda: read_demands(file, DOF), file)
     assert "no column 'sway' among surge" in message
-    assert read_demands(file, DOF, {"sway": name}).taus.tolist() == [[1, 2, 3]]
+    assert read_demands(file, DOF, {"sway": f"{name} [N]"}).taus.tolist() == [[1, 2, 3]]
 
 
 @pytest.mark.parametrize(
@@ -242,6 +242,8 @@ def test_a_mapping_that_is_none_is_refused(text: str) -> None:
         ("t,Fx,Fy,roll,pitch,tau_yaw", "", ""),
         ("t,cmd_surge [N],sway [kN],roll,pitch,yaw", "", ""),
         ("t,a,sway,roll,pitch,yaw", "surge=a", ""),
+        ("t,X,Y,roll,pitch,yaw", "surge=X,sway=Y", "'yaw', beside 'X', may be attitude"),
+        ("t,X_cmd,Y_cmd,roll,N_cmd,yaw", "surge=X_cmd,sway=Y_cmd,yaw=yaw", ""),
     ],
 )
 def test_a_moment_with_an_attitude_s_name_beside_forces_is_doubted(
@@ -292,11 +294,16 @@ def test_what_is_no_moment_about_its_axis_leaves_a_bare_name_alone(file: Path, o
         ("Fx / kN", 1e3),
         ("Fx in kN", 1e3),
         ("fx_kn", 1e3),
+        ("kN_Fx", 1e3),
+        ("force_kgf_body_x", 9.80665),
+        ("FxkN", 1e3),
+        ("FxLbf", 4.4482216152605),
         ("Fx_lbf", 4.4482216152605),
         ("Fx_kgf", 9.80665),
         ("Fx_N", 1.0),
         ("Fx", 1.0),
         ("thrust x", 1.0),
+        ("N", 1.0),
     ],
 )
 def test_a_unit_in_the_name_of_a_column_that_the_user_names_counts(
@@ -310,7 +317,16 @@ def test_a_unit_in_the_name_of_a_column_that_the_user_names_counts(
 
 @pytest.mark.parametrize(
     ("name", "factor"),
-    [("M_kNm", 1e3), ("M_N_m", 1.0), ("M lbf ft", 1.3558179483314), ("tau_N", 1.0), ("tau_yaw", 1.0)],
+    [
+        ("M_kNm", 1e3),
+        ("MzkNm", 1e3),
+        ("N", 1.0),
+        ("MzNm", 1.0),
+        ("M_N_m", 1.0),
+        ("M lbf ft", 1.3558179483314),
+        ("tau_N", 1.0),
+        ("tau_yaw", 1.0),
+    ],
 )
 def test_a_unit_in_the_name_of_a_moment_that_the_user_names_counts(
     file: Path, name: str, factor: float
@@ -321,7 +337,9 @@ def test_a_unit_in_the_name_of_a_moment_that_the_user_names_counts(
     assert tau == pytest.approx([2, 3, 4 * factor])
 
 
-@pytest.mark.parametrize("name", ["Fx_lbs", "Fx_kg_cmd", "Fx_mn", "Fx_Nm", "Fx_gf", "Fx_pct"])
+@pytest.mark.parametrize(
+    "name", ["Fx_lbs", "fx_pounds", "Fx_tf", "Fx_kg_cmd", "Fx_mn", "Fx_Nm", "Fx_gf", "norm_Fx"]
+)
 def test_a_unit_that_is_no_force_s_is_refused_where_the_user_names_its_column(file: Path, name: str) -> None:
     written(file, f"{name},sway,yaw\n2,3,4\n")
     with pytest.raises(DemandError, match=rf"the unit of '{name}' is none of N, kN"):
