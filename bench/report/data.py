@@ -40,7 +40,8 @@ def data(machines: Sequence[NamedRun]) -> dict[str, Any]:
         "rate_hz": loop_of(*(m.run for m in machines)).rate_hz,
         "times": times,
         "sets": in_order(sets),
-        "formulations": dict(sorted(titles.items())),
+        # What is not installed has none.
+        "formulations": {name: titles[name] for name in sorted(titles) if name},
         "machines": found,
         # An unknown frame, as of a record of counts alone, has no entry.
         "frames": {p.vehicle: described(p.frame) for m in machines for p in m.run.record.problems},

@@ -13,6 +13,7 @@ WEAK = 0.25
 leave out less, even of demands that were drawn to lie beyond what they serve."""
 
 
+UNMET = "what can't be met"
 MISSES = ("some of what can be met", f"{percent(WEAK)} and more of most demands that can be met")
 """In words, what a method refuses that it should not."""
 
@@ -32,8 +33,10 @@ def refusal(row: Row, problem: Problem | None) -> tuple[float, str]:
     """The share of a log or mission that got no wrench, and in words what got none; 0 and empty for nothing.
 
     Of a log that was not asked whole it is the share that can't be met, for methods that refuse those. Of
-    demands that were drawn to be beyond what the vehicle can do a share would say nothing. A method that
-    delivers nothing of one that can be met, or WEAK shares of most, counts as one that refuses all.
+    demands that were drawn to be beyond what the vehicle can do, or about the moment at which a mission comes
+    to that, a share would say nothing. A method that refuses is named as such of a log that is met, too: the
+    next dive may ask for more. One that delivers nothing of a demand that can be met, or WEAK shares of most,
+    counts as one that refuses all.
     """
     refused, words = _refused(row, problem)
     judged = row.measured.judged
@@ -61,10 +64,13 @@ def _refused(row: Row, problem: Problem | None) -> tuple[float, str]:
     in_time = problem is not None and (problem.given or problem.rate_hz is not None)  # a log or a mission
     nothing = max(judged.nothing_share for judged in row.measured.judged) if in_time else 0.0
     if not refused + nothing:
-        return 0.0, crossed
+        words = UNMET if in_time and refuses(row.formulation) else ""
+        return 0.0, f"{words}, and {crossed}" if words and crossed else words or crossed
     if problem is None or not in_time:
-        return 0.0, "what can't be met"
+        return 0.0, UNMET
     refused += nothing
+    if not problem.given:
+        return refused, f"some of {row.demands} by giving nothing" if nothing else f"{UNMET} of {row.demands}"
     words = f"{percent(refused)} of {row.demands}{' by giving nothing' if nothing else ''}"
     if run and problem.rate_hz:
         words += f", up to {three(run / problem.rate_hz)} s at a stretch"

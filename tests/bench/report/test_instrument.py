@@ -164,6 +164,14 @@ def test_of_all_kinds_what_is_lost_is_of_wrenches_that_can_be_met(tmp_path: Path
     assert (every["lost"], one["lost"]) == (0.0, 0.4)
 
 
+def test_what_is_not_installed_has_no_kind_of_answers_to_choose(tmp_path: Path) -> None:
+    """The list had an entry without a name, which chose all."""
+    gone = Cell(Key("ukwial", "active", "gone"), "missing", reason="not installed")
+    shown = data(read_machines([made_up.record(tmp_path, made_up.header(), made_up.cell("scaled"), gone)]))
+    assert "" in {method["formulation"] for method in shown["machines"][0]["methods"]}
+    assert "" not in shown["formulations"]
+
+
 def open_report(page: Any, *folders: Path, choice: str = "") -> None:
     """Open the runs' report, made unless that was done, and wait for its pictures."""
     out = folders[0].parent / "-".join(folder.name for folder in folders)

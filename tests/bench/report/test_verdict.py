@@ -154,7 +154,8 @@ def test_limits_that_cross_are_refused_by_all_and_no_method_without_limits_is_ta
     cells[1] = replace(cells[1], formulation="clip")
     crossing = log(crossed=2, crossed_asked=asked, left_out=left_out)
     assert said(tmp_path, 50, crossing, *cells) == (
-        "ukwial at 50 Hz: take nullspace; exact, refuses limits that cross; 0.0100 % of the period."
+        "ukwial at 50 Hz: take nullspace; exact, refuses what can't be met, and limits that cross;"
+        " 0.0100 % of the period."
     )
     fewer = [replace(limited[0], judged=on_log("nullspace", 2, 0.7, 2).judged), *cells[1:]]
     more = log(crossed=2, crossed_asked=2, beyond=1, beyond_longest=1)  # the stretch too is without them
@@ -189,7 +190,8 @@ def test_a_solver_that_gave_up_on_what_another_meets_is_no_refusal_of_the_log(tm
     cells = [on_log("nullspace", 1), on_log("qp/qoco@generated", 9, 0.9, 1), on_log("scaled", 2)]
     easy = log(labels={"active": 10})
     assert said(tmp_path, 50, easy, *cells).startswith(
-        "ukwial at 50 Hz: take nullspace; exact, answers all; under 0.01 % of the period; scaled would"
+        "ukwial at 50 Hz: take nullspace; exact, refuses what can't be met; under 0.01 % of the period;"
+        " scaled would"
     )
 
 
@@ -236,10 +238,23 @@ def other(cell: Cell) -> Any:
     return replace(cell.key, method="scaled-by-group")
 
 
-def test_a_mission_is_a_dive_as_a_log_is(tmp_path: Path) -> None:
-    """A sequence in time that the tool flew: what refuses a part of it is no more use than on a log."""
+def test_a_mission_is_a_dive_as_a_log_is_but_its_share_beyond_reach_is_drawn(tmp_path: Path) -> None:
+    """What refuses a part is no more use than on a log; half of the fifty that were asked was to be so."""
     cells = [on_log("nullspace", 1, 0.8, 2), on_log("scaled", 2)]
-    assert said(tmp_path, 50, log(given=False), *cells) == said(tmp_path, 50, log(), *cells)
+    of_log = said(tmp_path, 50, log(), *cells)
+    share = "nullspace refuses 20.0 % of dive, up to 0.0400 s at a stretch."
+    assert share in of_log
+    drawn = of_log.replace(share, "nullspace refuses what can't be met of dive.")
+    assert said(tmp_path, 50, log(given=False), *cells) == drawn
+
+
+@pytest.mark.parametrize(("method", "refuses"), [("nullspace", True), ("scaled", False)])
+def test_what_refuses_is_named_as_such_also_of_a_log_that_can_be_met(
+    tmp_path: Path, method: str, refuses: bool
+) -> None:
+    """A dive came to 1 % of the vehicle's limits, and another one may pass them."""
+    line = said(tmp_path, 50, log(labels={"active": 10}), on_log(method, 1))
+    assert ("exact, refuses what can't be met;" in line) == refuses
 
 
 def test_what_gives_no_thrust_for_a_demand_that_can_be_met_is_not_taken(tmp_path: Path) -> None:
