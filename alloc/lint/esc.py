@@ -22,6 +22,7 @@ def on_esc(keys: VehicleFile, vehicle: Vehicle) -> Iterator[tuple[Level, str, st
         return
     for i, one in enumerate([keys.esc] if isinstance(keys.esc, EscKeys) else keys.esc):
         yield from _on_points(one)
+        yield from _on_dshot(vehicle.esc[i])
         yield from _on_dead_band(one, vehicle.esc[i])
         yield from _on_no_volts(vehicle.esc[i])
     yield from _on_voltages(vehicle.esc)
@@ -84,6 +85,17 @@ def _on_voltages(escs: Sequence[Esc]) -> Iterator[tuple[Level, str, str]]:
         f"{shared}; at another one thrusts count as never measured (status 1 in C): give more voltages, or"
         " the curve without one",
     )
+
+
+def _on_dshot(esc: Esc) -> Iterator[tuple[Level, str, str]]:
+    """A remark on DShot's 3D mode: 48 is the slowest astern, 1047 the fastest, and more runs ahead."""
+    if (esc.low, esc.high) == (48, 2047) and esc.neutral > 48:
+        yield (
+            "warning",
+            "esc",
+            "if the range is of DShot 3D, its commands astern count the other way: 48 is the slowest and 1047"
+            " the fastest; write neutral 0 and range [-1000, 1000], and turn that into DShot's in the driver",
+        )
 
 
 def _on_no_volts(esc: Esc) -> Iterator[tuple[Level, str, str]]:

@@ -82,11 +82,12 @@ def on_moving_limits(keys: VehicleFile, vehicle: Vehicle) -> Iterator[Remark]:
         lowest = float(table.volts[0])
         low, high = vehicle.limits(volts=lowest)
         weakest = int(np.argmin(high - low))
-        yield note(
-            whence,
-            f"at {lowest:g} V {vehicle.called(weakest)} gives {low[weakest]:g} … {high[weakest]:g} N"
-            f" of {vehicle.f_min[weakest]:g} … {vehicle.f_max[weakest]:g} N",
-        )
+        if (high - low)[weakest] < (vehicle.f_max - vehicle.f_min)[weakest]:
+            yield note(
+                whence,
+                f"at {lowest:g} V {vehicle.called(weakest)} gives {low[weakest]:g} … {high[weakest]:g} N"
+                f" of {vehicle.f_min[weakest]:g} … {vehicle.f_max[weakest]:g} N",
+            )
         own = (vehicle.f_min <= 0) & (vehicle.f_max >= 0)
         for row, at in enumerate(table.volts):
             low, high = table.f_min[row], table.f_max[row]

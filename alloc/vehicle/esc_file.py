@@ -12,6 +12,9 @@ from alloc.vehicle.keys import EscKeys
 from alloc.vehicle.limits import VoltageTable
 from alloc.vehicle.names import listed
 
+FEWEST_STEPS = 20
+"""Fewest steps of 1 in a range that says nothing of its step: a share of -1 … 1 has two, by mistake."""
+
 
 def escs(
     keys: EscKeys | Sequence[EscKeys],
@@ -96,13 +99,20 @@ def _limits(
 
 
 def _esc(keys: EscKeys, turned: bool, limits: tuple[float, float] | None, key: str) -> Esc:
-    neutral, (low, high), step = keys.neutral, keys.range, keys.step
+    neutral, (low, high) = keys.neutral, keys.range
     if not -LARGEST_COMMAND <= low < high <= LARGEST_COMMAND:
         raise VehicleError(f"{key}.range: give the least and the largest command, the least first", key)
     if not low <= neutral <= high:
         raise VehicleError(
             f"{key}.neutral: {neutral:g} lies outside of the range {low:g} … {high:g}; mend one of them", key
         )
+    if keys.step is None and high - low < FEWEST_STEPS:
+        raise VehicleError(
+            f"{key}.step: the range {low:g} … {high:g} has no room for steps of 1; give what the wire"
+            f" resolves, as in step: {(high - low) / 1000:g}",
+            key,
+        )
+    step = 1.0 if keys.step is None else keys.step
     if not 0 < step <= high - low:
         raise VehicleError(
             f"{key}.step: {step:g} is no step in {low:g} … {high:g}; give more than 0 and less", key

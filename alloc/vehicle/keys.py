@@ -17,7 +17,7 @@ class EscKeys(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     ----------
     neutral : command of no thrust [µs, or what the range is in]
     range : the least and the largest command
-    step : what the wire resolves
+    step : what the wire resolves; left out, 1 where the range has enough of these
     reversed : thrusters, by index or name, whose ESC runs the other way; true for all
     dead_band : neutral sends thrusts below the smallest to neutral; jump to the nearer of the two
     curve : V: [[command, N], …]; or the path of a CSV with columns command, N or kgf, volts; or the name of
@@ -27,7 +27,7 @@ class EscKeys(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
 
     neutral: float
     range: tuple[float, float]
-    step: float = 1.0
+    step: float | None = None
     reversed: bool | list[int | str] = []
     dead_band: Literal["neutral", "jump"] = "neutral"
     curve: str | Points | None = None

@@ -42,6 +42,7 @@ SLIPS = {
     "'volts' is 12 V": (f"{SOUND}, volts: 12", ""),
     "of the range -100 … 100 the curve has -100 … 80 alone": (SOUND.replace("[100, 40]", "[80, 33]"), ""),
     "coarser than the dead band": (f"{SOUND}, step: 25", ""),
+    "if the range is of DShot 3D": ("neutral: 1048, range: [48, 2047]", "f_min: -30\nf_max: 40"),
     "no 'curve'": ("neutral: 0, range: [-100, 100]", "f_min: -30\nf_max: 40"),
 }
 

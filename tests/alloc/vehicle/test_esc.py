@@ -344,3 +344,19 @@ def written(folder: Path, esc: str) -> Vehicle:
     path = folder / "mine.yaml"
     path.write_text(f"name: two\ndof: [surge, yaw]\nT: [[1, 1], [0.2, -0.2]]\n{esc}\n")
     return load_vehicle(path)
+
+
+@pytest.mark.parametrize(("neutral", "ends"), [(0.0, (-1.0, 1.0)), (0.5, (0.0, 1.0))])
+def test_shares_without_a_step_are_refused_and_any_step_that_is_given_holds(
+    neutral: float, ends: tuple[float, float]
+) -> None:
+    """Steps of 1 made three commands of -1 ... 1, and one of 0 ... 1: thrusts became 0 without a word."""
+    limits = np.array([-40.0]), np.array([50.0])
+    with pytest.raises(VehicleError, match=r"esc\.step: the range .* as in step: 0\.00[12]"):
+        escs(EscKeys(neutral, ends), 1, (), *limits)
+    (fine,) = escs(EscKeys(neutral, ends, step=0.001), 1, (), *limits)
+    assert wired(fine, 25.0, np.nan)[:2] == pytest.approx((0.5 * (neutral + ends[1]), 25))
+    (coarse,) = escs(EscKeys(neutral, ends, step=0.5), 1, (), *limits)  # a relay is what it says it is
+    assert coarse.step == 0.5
+    (pulses,) = escs(EscKeys(1500, (1100, 1900)), 1, (), *limits)
+    assert pulses.step == 1
