@@ -9,6 +9,7 @@ import pytest
 from alloc import Allocator, AllocError, NotApplicable, Status, load_vehicle
 from alloc.discovery import load_plugin, prepare
 from alloc.errors import PluginError, UnknownName
+from alloc.formulations import find_formulation, refuse_misspelt
 from alloc.live.plain import Plain
 
 DATACLASS = '''\
@@ -156,6 +157,16 @@ def test_a_plain_function_promises_what_its_module_declares_and_nothing_else(
 ) -> None:
     allocate = plugged(tmp_path, CLIPPED.format(declared=declared))
     assert (allocate.formulation, allocate.limited, allocate.tolerance) == promises
+
+
+@pytest.mark.parametrize("file", ["scale.py", "myscale.py", "hardy.py", "hard.py"])
+def test_a_file_that_declares_no_formulation_may_be_called_nearly_as_one(tmp_path: Path, file: str) -> None:
+    """Its name was taken for a misspelt FORMULATION, which no line of it had."""
+    (tmp_path / file).write_text(CLIPPED.format(declared=""), encoding="utf-8")
+    allocate = prepare(load_plugin(tmp_path / file), load_vehicle("ukwial"))
+    assert allocate.formulation == f"own-{file.removesuffix('.py')}"
+    refuse_misspelt(allocate.formulation)
+    assert not find_formulation(allocate.formulation).optimal
 
 
 @pytest.mark.parametrize(
