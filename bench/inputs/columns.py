@@ -16,7 +16,8 @@ _SUFFIX = re.compile(rf"(?P<name>.+)_(?P<unit>{'|'.join(SECONDS)}|N|kN|Nm|kNm)")
 
 _OTHERS = {
     *("lb", "lbs", "pound", "pounds", "kg", "kp", "gf", "gram", "grams", "tf", "tonne", "tonnes"),
-    *("kilonewton", "kilonewtons", "dn", "dan", "pct", "percent", "norm"),
+    *("kilonewton", "kilonewtons", "dn", "dan", "pct", "percent", "percentage"),
+    *("norm", "normalised", "normalized"),
     *("lbft", "ftlb", "ftlbs", "lbin", "inlb", "ozin", "nmm", "ncm", "kgcm", "kgm"),
 }
 _WITHIN = re.compile(r"[\W_]+|(?<=[a-jln-z])(?=(?:kNm?|Nm|[lL]bf|[kK]gf)(?![A-Za-z]))")
@@ -199,6 +200,8 @@ def _moments(
 
 def _spelt(name: str, quantity: str) -> str:
     """The unit that stands in a name without brackets, known or not, as in ``Fx_lbf``; empty for none."""
+    if "%" in name:
+        return "%"
     first, *words = [word for word in _WITHIN.split(name) if word] or [""]
     while words and words[-1].lower() in MEANT:
         words.pop()

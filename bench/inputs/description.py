@@ -167,7 +167,7 @@ def drafted(
             _one([low for low in lows if low is not None]),
             _one([high for high in highs if high is not None]),
         )
-        draft.assumptions.append("Limits are those of gz-sim's thruster plug-in.")
+        draft.limits_assumed.append("Limits are those of gz-sim's thruster plug-in.")
     return draft
 
 

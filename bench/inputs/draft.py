@@ -21,6 +21,7 @@ class Draft:
     reaction_torque : (n,) each propeller's own moment along its thrust [m]
     names : (n,) what the thrusters are called
     f_min, f_max : one limit for all thrusters, or one each [N]
+    limits_assumed : what of these the file does not say, one sentence each; void once both are told
     weights, slack_weights : (n,) and (k,) diagonals of H and Q
     frame : frd or flu
     frame_assumed : why that frame is taken, in a sentence; empty where the file, its format or the user says
@@ -41,6 +42,7 @@ class Draft:
     slack_weights: Numbers | None = None
     frame: str = "frd"
     frame_assumed: str = ""
+    limits_assumed: list[str] = field(default_factory=list)
     assumptions: list[str] = field(default_factory=list)
 
 

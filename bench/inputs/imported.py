@@ -104,7 +104,8 @@ def _keys(path: Path, draft: Draft, options: ImportOptions) -> VehicleFile:
 
 def _completed(path: Path, draft: Draft, options: ImportOptions) -> Draft:
     """The draft with the user's options in it, and its assumptions brought up to date."""
-    notes = list(draft.assumptions)
+    told = options.f_min is not None and options.f_max is not None
+    notes = [*draft.assumptions, *([] if told else draft.limits_assumed)]
     dof = draft.dof
     if not dof and draft.T is not None:
         dof = options.dof or {6: DOF, 3: PLANAR}.get(len(draft.T), ())

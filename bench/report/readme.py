@@ -116,4 +116,4 @@ def _median(row: Row | None) -> str:
 def not_counted(capability: Capability) -> list[str]:
     """A line for each method whose share of the vehicle could not be had, with the reason."""
     where = f"on {capability.vehicle}, what it serves is not counted"
-    return [f"{u.method} {where}: {u.status} {u.reason}" for u in capability.unserved]
+    return [f"{u.method} {where}: {u.status} {u.reason.rstrip('.')}" for u in capability.unserved]

@@ -133,10 +133,11 @@ def _worst_p99(run: Run, rows: list[Row]) -> float | None:
 
 
 def _verdict(rows: list[Row]) -> str:
-    """Whether the answers agree with the reference, and what could not be measured."""
+    """Whether the answers agree with the reference, which are wrong, and what could not be measured."""
     verdicts = [judged.agrees for row in rows for judged in row.measured.judged if judged.agrees is not None]
     agreement = "-" if not verdicts else "yes" if all(verdicts) else f"no, {verdicts.count(False)}x"
     failures = Counter(row.failed.status for row in rows if row.failed)
+    failures.update("wrong" for row in rows if row.wrong and not row.failed)
     return ", ".join([agreement, *(f"{count} {status}" for status, count in failures.items())])
 
 

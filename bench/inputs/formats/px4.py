@@ -81,17 +81,19 @@ def _limits(draft: Draft, given: dict[str, float], count: int) -> None:
     coefficients = [given.get(f"CA_ROTOR{i}_CT") for i in range(count)]
     if any(c is None for c in coefficients):
         high = [1.0] * count
-        draft.assumptions.append(
+        draft.limits_assumed.append(
             "CT is not set for every rotor: limits are shares of full throttle, no newtons; multiply f_min"
             " and f_max by full thrust, or give --f-min and --f-max [N]."
         )
     else:
         high = [float(c or 0.0) for c in coefficients]
-        draft.assumptions.append("Full thrust of a rotor is its CT in N, as thrust = CT u^2 with u up to 1.")
+        draft.limits_assumed.append(
+            "Full thrust of a rotor is its CT in N, as thrust = CT u^2 with u up to 1."
+        )
     reversible = int(given.get("CA_R_REV", 0))
     draft.f_max = high
     draft.f_min = [-high[i] if reversible >> i & 1 else 0.0 for i in range(count)]
-    draft.assumptions.append("Rotors push one way only unless CA_R_REV says otherwise.")
+    draft.limits_assumed.append("Rotors push one way only unless CA_R_REV says otherwise.")
 
 
 def _parameters(path: Path) -> dict[str, float]:

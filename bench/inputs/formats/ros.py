@@ -149,7 +149,7 @@ def _limits(tree: YamlTree, draft: Draft) -> None:
     if draft.f_max is None and isinstance(table, dict) and "thrust" in table:
         thrusts = numbers(tree, "characteristics.thrust", table["thrust"]) or [0.0]
         draft.f_min, draft.f_max = min(thrusts), max(thrusts)
-        draft.assumptions.append("Limits are the ends of characteristics.thrust.")
+        draft.limits_assumed.append("Limits are the ends of characteristics.thrust.")
 
 
 def _array(values: Any) -> str:

@@ -47,7 +47,7 @@ def read(path: Path) -> Draft:
     if (limit := find(tree, "max_thrust")) is not None:
         draft.f_max = numbers(tree, "max_thrust", [limit])[0]
         draft.f_min = -draft.f_max
-        draft.assumptions.append("max_thrust holds both ways.")
+        draft.limits_assumed.append("max_thrust holds both ways.")
     return draft
 
 

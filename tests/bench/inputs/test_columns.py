@@ -338,7 +338,7 @@ def test_a_unit_in_the_name_of_a_moment_that_the_user_names_counts(
 
 
 @pytest.mark.parametrize(
-    "name", ["Fx_lbs", "fx_pounds", "Fx_tf", "Fx_kg_cmd", "Fx_mn", "Fx_Nm", "Fx_gf", "norm_Fx"]
+    "name", ["Fx_lbs", "fx_pounds", "Fx_tf", "Fx_kg_cmd", "Fx_mn", "Fx_Nm", "Fx_gf", "norm_Fx", "Fx %"]
 )
 def test_a_unit_that_is_no_force_s_is_refused_where_the_user_names_its_column(file: Path, name: str) -> None:
     written(file, f"{name},sway,yaw\n2,3,4\n")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bench.inputs.formats.px4 import UNUSED
+from bench.inputs.imported import ImportOptions
 from tests.foreign_vehicles import imported, vehicle_of
 from tests.readers import refused
 
@@ -44,6 +45,8 @@ def test_unset_parameters_take_the_defaults_of_px4(tmp_path: Path) -> None:
     assert (vehicle.f_min.tolist(), vehicle.f_max.tolist()) == ([0] * 6, [1] * 6)
     assert any("PX4's default" in note for note in keys.notes)
     assert any("shares of full throttle, no newtons" in note for note in keys.notes)
+    told = imported(tmp_path, HEXA, ImportOptions(f_min=-40.0, f_max=50.0))
+    assert not any("full throttle" in note or "one way only" in note for note in told.notes)
 
 
 def test_a_comment_behind_a_parameter_sets_nothing(tmp_path: Path) -> None:

@@ -138,7 +138,9 @@ def test_a_rival_s_broken_promise_is_said_and_spoils_no_run(tmp_path: Path) -> N
         record(tmp_path, header(), Method(name="qp/x@generated", family=family, solver="x"), off)
         console = Console(width=200, record=True, file=StringIO())
         assert show(tmp_path, console) is good
-        assert (wrong or "0.12 of the largest limit away") in console.export_text()
+        text = console.export_text()
+        assert (wrong or "0.12 of the largest limit away") in text
+        assert ("1 wrong" in text) == bool(wrong)
 
 
 def test_what_is_not_installed_is_one_line_of_a_run_s_end(tmp_path: Path) -> None:
