@@ -68,7 +68,7 @@ def command(
     from alloc.files.textfile import write_text
     from alloc.vehicle.read import find_file
     from bench.gate import render, trees
-    from bench.gate.cells import DEFAULT_CELLS, METHODS, VEHICLES
+    from bench.gate.cells import DEFAULT_CELLS, METHODS, VEHICLES, among
     from bench.gate.record import GateSettings
     from bench.gate.run import gate
     from bench.gate.verdict import verdict
@@ -96,7 +96,7 @@ def command(
     record = gate(
         *sides,
         GateSettings(threshold=threshold / 100, pairs=pairs, budget_s=budget),
-        patterns=cells or patterns or DEFAULT_CELLS,
+        patterns=(among(vehicles, cells) if vehicles else cells) or patterns or DEFAULT_CELLS,
         plugins=plugins,
         vehicles={v: str(find_file(v).resolve()) for v in vehicles if v not in list_vehicles()},
         always=always,

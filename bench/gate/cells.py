@@ -2,10 +2,12 @@
 
 import fnmatch
 from collections.abc import Mapping, Sequence
+from glob import escape
 from typing import Any
 
 import numpy as np
 
+from alloc.errors import UnknownName
 from bench.gate.record import CONTROL, GateCell
 from bench.gate.side import Side
 
@@ -34,6 +36,21 @@ def chosen(cells: Sequence[Sequence[str]], patterns: Sequence[str]) -> list[Gate
             fnmatch.fnmatchcase(cell.name, p) or fnmatch.fnmatchcase(cell.name, f"{p}:*") for p in patterns
         )
     ]
+
+
+def among(vehicles: Sequence[str], patterns: Sequence[str]) -> list[str]:
+    """The patterns, for cells of these vehicles alone; raises UnknownName for one that is for another."""
+    found = []
+    for pattern in patterns:
+        vehicle, _, rest = pattern.partition(":")
+        fitting = [name for name in vehicles if fnmatch.fnmatchcase(name, vehicle)]
+        if not fitting:
+            named = " --vehicle ".join(vehicles)
+            raise UnknownName(
+                f"--cells {pattern}: is for none of --vehicle {named}; leave one of the two out"
+            )
+        found += [f"{escape(name)}:{rest or '*'}" for name in fitting]
+    return found
 
 
 def controls() -> list[GateCell]:

@@ -1,6 +1,9 @@
 """Which cells a pattern chooses."""
 
-from bench.gate.cells import chosen
+import pytest
+
+from alloc.errors import UnknownName
+from bench.gate.cells import among, chosen
 
 
 def test_patterns_choose_cells_with_and_without_the_start() -> None:
@@ -10,3 +13,15 @@ def test_patterns_choose_cells_with_and_without_the_start() -> None:
         "ukwial:qp/daqp:warm",
         "nautilus:pinv:-",
     ]
+
+
+def test_patterns_are_for_the_vehicles_that_are_named_beside_them() -> None:
+    """A star took the shipped vehicles too, and one of them failed the gate of a plug-in for another."""
+    cells = [[vehicle, "mine", "-"] for vehicle in ("ukwial", "nautilus", "my[rov].yaml")]
+    for pattern in ("*:mine", "*", "my*:mine:*"):
+        mine = among(["my[rov].yaml"], [pattern])
+        assert [c.vehicle for c in chosen(cells, mine)] == ["my[rov].yaml"]
+    with pytest.raises(
+        UnknownName, match=r"--cells ukwial:mine: is for none of --vehicle a.yaml --vehicle b"
+    ):
+        among(["a.yaml", "b.yaml"], ["ukwial:mine"])
