@@ -30,7 +30,9 @@ def _header(of: EscCode) -> str:
  * f        wanted thrusts [N]{ends * (of.limits == "call")}
  * volts    of the battery [V]
  * command  what goes to the ESCs: {_ranges(of)}
- * f_made   the thrusts that this makes [N]: f_previous of the next call where thrusts may not jump
+ * f_made   the thrusts that this makes [N]: f_previous of the next call where thrusts may not jump;
+ *          if a step of a command makes more than they may change by, keep the f of {of.name} instead,
+ *          and call {of.name}_esc with it, else they stand still
  *
  * {of.name}_esc returns
 {returns}

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from alloc.allocation import FloatArray
 from alloc.lint.report import FARTHEST_ARM, Remark, note, warning
 from alloc.vehicle import Vehicle
 from alloc.vehicle.geometry import MOMENTS
@@ -16,6 +17,8 @@ NORMALISED = 1.0
 for underwater vehicles give some 5 N."""
 LOPSIDED = 10.0
 """Largest thrust one way over the other: a T200 gives four fifths astern, and no propeller gives a tenth."""
+FAST = 200.0
+"""Rate of control [Hz] that few vehicles exceed."""
 STRONGEST = 1e7  # N; ten times the thrust of a large ship's bow thruster, so probably mN
 
 
@@ -104,6 +107,23 @@ def on_moving_limits(keys: VehicleFile, vehicle: Vehicle) -> Iterator[Remark]:
     if vehicle.slew is not None:
         slowest = float((vehicle.f_max / vehicle.slew.up).max())
         yield note("slew", f"from 0 N to f_max the slowest thruster takes {slowest:.2g} s")
+        yield from _on_steps(vehicle, np.minimum(vehicle.slew.up, vehicle.slew.down))
+
+
+def _on_steps(vehicle: Vehicle, slew: FloatArray) -> Iterator[Remark]:
+    """A remark where steps of an ESC are coarser than ``slew`` (n,) [N/s] allows between two usual calls."""
+    if not vehicle.esc:
+        return
+    steps = np.array([esc.largest_step for esc in vehicle.esc])
+    rates = slew / steps
+    i = int(rates.argmin())
+    if rates[i] < FAST:
+        yield warning(
+            "slew",
+            f"above {rates[i]:.3g} Hz {vehicle.called(i)} may change by less between two calls than a step of"
+            f" its ESC makes, {steps[i]:.2g} N: give 'f_previous' what was allocated; with what was made,"
+            " thrusts may stand still",
+        )
 
 
 def _round(value: float) -> bool:

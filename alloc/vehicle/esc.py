@@ -86,6 +86,12 @@ class Esc:
         return bool(np.isnan(self.nominal)) and len(self.volts) > 1
 
     @property
+    def largest_step(self) -> float:
+        """The most that one step changes the thrust by, at any voltage [N]."""
+        slopes = np.diff(self.curve, axis=1) / np.diff(self.command)
+        return float(slopes.max() * self.step)
+
+    @property
     def ends(self) -> tuple[int, int]:
         """The first and the last command in steps from neutral, as if not reversed."""
         first, last = (self.command[[0, -1]] - self.neutral) / self.step

@@ -3,8 +3,10 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from alloc import build, load_vehicle
 from alloc.lint.check import check_vehicle
 
 SOUND = "neutral: 0, range: [-100, 100], curve: {16: [[-100, -30], [-9, 0], [9, 0], [100, 40]]}"
@@ -96,3 +98,21 @@ def test_curves_of_two_supplies_have_no_voltage_in_common(tmp_path: Path) -> Non
     path.write_text(f"name: two\ndof: [surge, yaw]\nT: [[1, 1], [0.2, -0.2]]\nesc: {both}\n")
     said = [finding.message for finding in check_vehicle(path).findings if finding.level == "warning"]
     assert any(line.startswith("no voltage lies in all curves; at another one") for line in said)
+
+
+@pytest.mark.parametrize(("slew", "warned"), [(200, True), (1000, False)])
+def test_a_step_that_is_coarser_than_slew_rates_allow_between_calls_is_warned_of(
+    tmp_path: Path, slew: int, warned: bool
+) -> None:
+    """Thrusts that started from what the ESC made stood still for ever: each change was rounded away."""
+    esc = "neutral: 0, range: [-100, 100]"
+    said = remarks(tmp_path, esc, f"f_min: -250\nf_max: 250\nslew: {slew}")
+    assert ("above 80 Hz thruster 0 may change by less between two calls than a step" in said) == warned
+    vehicle = load_vehicle(tmp_path / "mine.yaml")
+    allocate, kept = build("scaled", vehicle), {"made": np.zeros(2), "allocated": np.zeros(2)}
+    for _ in range(200):
+        for which, f in kept.items():
+            f = allocate([300, 0], *vehicle.limits(f_previous=f, dt=0.01)).f
+            kept[which] = vehicle.commands(f).f if which == "made" else f
+    assert (kept["made"].sum() == pytest.approx(300, rel=0.02)) != warned
+    assert kept["allocated"].sum() == pytest.approx(300)
