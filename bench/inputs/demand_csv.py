@@ -100,7 +100,8 @@ def read_demands(
             raise DemandError(
                 f"{path}: line {line}: {len(row)} cells under {len(table.header)} columns; give one a column"
             )
-        if not any(row[found[axis].place].strip() for axis in dof):  # a line of another sensor
+        # A line of another sensor, which tools that merge logs fill with NaN.
+        if all(row[found[axis].place].strip().lower() in ("", "nan") for axis in dof):
             blank += 1
             continue
         lines.append(line)

@@ -299,3 +299,16 @@ def test_a_comment_below_the_header_with_as_many_commas_is_one(file: Path) -> No
 def test_what_is_of_a_demand_is_no_demand(file: Path, column: str) -> None:
     message = refused(lambda: read_demands(written(file, f"{column},sway,yaw\n1,2,3\n"), DOF), file)
     assert "no column 'surge' among" in message
+
+
+@pytest.mark.parametrize("empty", ["", "NaN", "nan"])
+def test_a_row_without_any_demand_is_left_out_and_counted(tmp_path: Path, empty: str) -> None:
+    """Tools that merge logs by time fill what another sensor wrote with NaN."""
+    file = tmp_path / "merged.csv"
+    file.write_text(f"t,depth,surge,sway,yaw\n0,1,2,3,4\n1,5,{empty},{empty},{empty}\n2,6,3,4,5\n")
+    log = read_demands(file, ("surge", "sway", "yaw"))
+    assert log.taus.tolist() == [[2, 3, 4], [3, 4, 5]]
+    assert "1 rows without a demand" in log.said
+    file.write_text(f"t,depth,surge,sway,yaw\n0,1,2,{empty},4\n")
+    with pytest.raises(FileError, match="line 2: sway"):
+        read_demands(file, ("surge", "sway", "yaw"))
