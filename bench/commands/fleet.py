@@ -28,7 +28,8 @@ def command(ctx: click.Context, scheduler: str, out: Path, limit: float, options
     from bench.fleet.lead import folders, hosts, keep, run_fleet
     from bench.fleet.parcel import pack
     from bench.report import render
-    from bench.report.terminal import KEPT, tell
+    from bench.report.terminal import KEPT, objections, tell
+    from bench.results.rows import read_run
     from bench.results.text import counted
 
     _check(ctx, options)
@@ -49,6 +50,8 @@ def command(ctx: click.Context, scheduler: str, out: Path, limit: float, options
         if keep(run, folder):
             tell(console, KEPT.format(folder=folder))
         tell(console, f"Report: {render(folder)}")
+        for line in objections(read_run(folder).rows) if run.code else ():
+            tell(console, line, style="red")
     if len(kept) > 1:
         together = render(*kept, out=out / "fleet")
         tell(console, f"Side by side: {together}")

@@ -42,8 +42,8 @@ def objections(rows: Iterable[Row]) -> list[str]:
     for row in rows:
         judged = next((j for j in row.measured.judged if j.wrong or j.agrees is False), None)
         if judged is None:
-            if row.wrong:
-                lines.append(f"{row.label} on {row.vehicle}, {row.wrong}")
+            if elsewhere := row.measured.wrong_elsewhere:
+                lines.append(f"{row.label} on {row.vehicle}, {elsewhere}")
             continue
         what = judged.wrong or (
             f"{_two(judged.distance_rel_max)} of the largest limit away from the reference, "
@@ -137,7 +137,9 @@ def _verdict(rows: list[Row]) -> str:
     verdicts = [judged.agrees for row in rows for judged in row.measured.judged if judged.agrees is not None]
     agreement = "-" if not verdicts else "yes" if all(verdicts) else f"no, {verdicts.count(False)}x"
     failures = Counter(row.failed.status for row in rows if row.failed)
-    failures.update("wrong" for row in rows if row.wrong and not row.failed)
+    failures.update(
+        "wrong" for row in rows if row.wrong not in ("", row.measured.wrong_on_others) and not row.failed
+    )
     return ", ".join([agreement, *(f"{count} {status}" for status, count in failures.items())])
 
 

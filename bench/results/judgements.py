@@ -12,6 +12,9 @@ from bench.record import Judged
 from bench.results.repeats import Repeats, most
 from bench.results.times import calls
 
+FARTHER = "farther from the optimum than promised"
+"""What is wrong with an answer that breaks no equation."""
+
 
 class Worst(property):
     """A column with the worst number of the judgements of a row's repeats, None where none has it."""
@@ -92,8 +95,9 @@ class Judgements:
 
     @property
     def wrong(self) -> str:
-        """Why an answer is wrong; empty where none is."""
-        return next((j.wrong for j in self.measured.judged if j.wrong), self.measured.wrong_elsewhere)
+        """Why an answer is wrong, of a plug-in one on another set, too; empty where none is."""
+        own = next((j.wrong for j in self.measured.judged if j.wrong), "")
+        return own or self.measured.wrong_elsewhere or self.measured.wrong_on_others
 
     lost_wrench_p50 = Worst(
         "Median of |delivered - tau| / |tau|, delivered being what thrusts clipped to their limits push.",

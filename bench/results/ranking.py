@@ -24,6 +24,12 @@ def right(row: Row) -> bool:
     return not row.failed and row.agreed is not False and not row.wrong
 
 
+def off(row: Row) -> bool:
+    """Whether an answer of this set, or an untimed one, is wrong or farther off than promised."""
+    judged = row.measured.judged
+    return bool(row.measured.wrong_elsewhere) or any(j.wrong or j.agrees is False for j in judged)
+
+
 def complete(row: Row) -> bool:
     """Whether as many demands were solved as are attainable, and none was missed of those not timed.
 

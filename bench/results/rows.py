@@ -12,6 +12,7 @@ from msgspec.structs import replace
 from bench.record import NO_VEHICLE, Capability, Cell, Header, Key, Method, Problem, Record, Worker, read
 from bench.results.columns import Row
 from bench.results.disturbance import canary_median_ns, disturbances
+from bench.results.judgements import FARTHER
 from bench.results.quantiles import Histogram, merged, quantile
 from bench.results.repeats import Repeats
 from bench.results.samples import RowSamples, samples
@@ -148,6 +149,10 @@ def read_run(directory: Path) -> Run:
     return Run(record, gather(record))
 
 
+def _choice(key: Key) -> tuple[str, str, str]:
+    return key.method, key.start, key.level
+
+
 def gather(record: Record) -> tuple[Row, ...]:
     """The record's cells as rows, sorted by vehicle, demand set, method, start and level."""
     repeats: dict[Key, dict[int, Cell]] = defaultdict(dict)
@@ -165,6 +170,14 @@ def gather(record: Record) -> tuple[Row, ...]:
         workers[worker.method, worker.start, worker.level].append(worker)
     methods = {method.name: method for method in record.methods}
     wrong = {(c.vehicle, method): what for c in record.capabilities for method, what in c.wrong.items()}
+    plugins = {method.name for method in record.methods if method.plugin}
+    others = {
+        (cell.key.vehicle, *_choice(cell.key)): f"{judged.wrong or FARTHER} ({cell.key.demands} demands)"
+        for cell in record.cells
+        if cell.key.method in plugins
+        and (judged := cell.judged) is not None
+        and (judged.wrong or judged.agrees is False)
+    }
     missing = {
         (c.vehicle, s.method)
         for c in record.capabilities
@@ -182,10 +195,11 @@ def gather(record: Record) -> tuple[Row, ...]:
                     origin=record.header,
                     described=described,
                     cells=repeated,
-                    workers=tuple(workers[key.method, key.start, key.level]),
+                    workers=tuple(workers[_choice(key)]),
                     disturbances=disturbances(repeated, usual, cores),
                     attainable=attainable.get((key.vehicle, key.demands), 0.0),
                     wrong_elsewhere=wrong.get((key.vehicle, key.method), ""),
+                    wrong_on_others=others.get((key.vehicle, *_choice(key)), ""),
                     missed_elsewhere=(key.vehicle, described.twin or key.method) in missing,
                 )
             )

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from alloc.formulations import find_formulation
 from bench.record import Problem
 from bench.results.columns import Row
+from bench.results.judgements import FARTHER
 from bench.results.ranking import right
 from bench.results.text import counted, percent, three
 
@@ -89,5 +90,5 @@ def wrong(row: Row) -> str:
     """Why a row's answers rule out a verdict on its time; empty where they are right, or there are none."""
     if row.failed or right(row):
         return ""
-    reason = row.wrong or "farther from the optimum than promised"
+    reason = row.wrong or FARTHER
     return f"a wrong answer has no time; {row.demands}: {reason}"

@@ -4,7 +4,8 @@ from collections import defaultdict
 from operator import attrgetter
 
 from bench.results.columns import Row
-from bench.results.ranking import right
+from bench.results.judgements import FARTHER
+from bench.results.ranking import off
 from bench.results.repeats import most
 from bench.results.rows import Run
 from bench.results.text import table, three
@@ -18,7 +19,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         " Distances are to the optimum of the same formulation, over the largest thrust limit"
         f"{'; where they matter, less what rounding of a demand explains' if run.by_driver else ''}.\n",
         _agreement([row for row in run.rows if not row.failed]),
-        _wrong([row for row in run.rows if not row.failed and not right(row)]),
+        _wrong([row for row in run.rows if off(row)]),
         _unmeasured([row for row in run.rows if row.failed]),
     ]
     return "\n".join(part for part in parts if part)
@@ -48,7 +49,7 @@ def _wrong(rows: list[Row]) -> str:
         return "No row disagrees, and no answer is wrong.\n"
     where: dict[tuple[str, str, str], list[str]] = defaultdict(list)
     for row in rows:
-        what = row.wrong or "farther from the optimum than promised"
+        what = row.wrong or FARTHER
         where[row.label, row.demands, what].append(f"{row.vehicle} ({_distance(row)})")
     lines = [[*key[:2], ", ".join(sorted(places)), key[2]] for key, places in sorted(where.items())]
     headers = ("method", "demands", "vehicle (distance found, promised)", "what is wrong")

@@ -4,7 +4,7 @@ from alloc.formulations import Family
 from bench.record import NO_VEHICLE, SERVED_WITHIN
 from bench.report.readme import served_share
 from bench.results.columns import Row
-from bench.results.ranking import best, complete, exact, optimal, right
+from bench.results.ranking import best, complete, exact, off, optimal, right
 from bench.results.rows import Run
 from bench.results.text import counted, number_range, plain, three
 
@@ -107,7 +107,7 @@ def _loss(run: Run) -> str:
 def _trust(run: Run) -> str:
     rows = [row for row in run.rows if row.vehicle != NO_VEHICLE and not row.described.yardstick]
     failed = sum(row.failed is not None for row in rows)
-    wrong = sum(row.failed is None and not right(row) for row in rows)
+    wrong = sum(row.failed is None and off(row) for row in rows)
     # A solver that gives up, or stops early with the status for it, breaks no promise and still serves less
     # than it could.
     short = sum(right(row) and optimal(row) and not complete(row) for row in rows)

@@ -3,6 +3,7 @@
 from bench.report.readme import lost, not_counted, served
 from bench.report.verdict import loop_of
 from bench.results.columns import Row
+from bench.results.judgements import FARTHER
 from bench.results.ranking import (
     best,
     complete,
@@ -55,7 +56,7 @@ def answers(row: Row) -> str:
     """What a row's answers are, in words; near an optimum where only a solver's tolerance misses it."""
     title = row.title
     if not right(row):
-        return f"wrong: {row.wrong or 'farther from the optimum than promised'}"
+        return f"wrong: {row.wrong or FARTHER}"
     if not optimal(row) or exact(row):
         return title
     return f"near {title}" if complete(row) else f"aims at {title}, misses some that can be met"
@@ -67,7 +68,8 @@ def left_out(n: int) -> list[str]:
 
 
 def _not_measured(row: Row) -> list[str]:
-    return [row.label, f"{row.status}: {row.reason}", *[""] * (len(HEADERS) - 2)]
+    also = f"; wrong: {row.wrong}" if row.wrong else ""  # of what it was asked beside
+    return [row.label, f"{row.status}: {row.reason}{also}", *[""] * (len(HEADERS) - 2)]
 
 
 def _line(run: Run, row: Row) -> list[str]:

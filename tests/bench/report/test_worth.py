@@ -7,8 +7,12 @@ from msgspec.structs import replace
 
 from bench.record import Authority, Capability, Judged, Line, Method, Served
 from bench.report.readme import served_share
-from bench.report.sections.worth import answers
+from bench.report.sections import failures
+from bench.report.sections.headline import fastest_exact
+from bench.report.sections.worth import answers, section
+from bench.report.terminal import objections
 from bench.results.columns import Row
+from bench.results.ranking import off
 from bench.results.rows import Run, read_run
 from tests import made_up
 
@@ -80,3 +84,33 @@ def test_a_family_of_an_older_record_has_its_present_name(tmp_path: Path) -> Non
     text.write_text(text.read_text().replace("QP solver, live", "exact closed form"))
     (method,) = read_run(tmp_path).record.methods
     assert method.family == "for an optimum, no QP solver"
+
+
+@pytest.mark.parametrize("plugin", [True, False])
+def test_a_plug_in_that_is_wrong_on_another_set_is_wrong_in_the_table(tmp_path: Path, plugin: bool) -> None:
+    """The terminal said so, and report.md had "the optimum" of it, by the set that the table is about.
+
+    Starts and levels of a solver are held to promises of their own.
+    """
+    cell = made_up.exact_cell("ukwial", "mine", 1.0)
+    assert cell.judged is not None
+    far = replace(cell.judged, agrees=False, distance_rel_max=0.05)
+    on_inactive = replace(cell, key=replace(cell.key, demands="inactive"), judged=far)
+    run = run_of(tmp_path, Method(name="mine", formulation="hard", plugin=plugin), cell, on_inactive)
+    active = next(row for row in run.rows if row.demands == "active")
+    assert answers(active).startswith("wrong: farther from the optimum") == plugin
+    assert (fastest_exact([active]) is None) == plugin
+    assert [row.demands for row in run.rows if off(row)] == ["inactive"]
+    assert [line.count("inactive demands: 0.05 of") for line in objections(run.rows)] == [1]
+
+
+def test_what_is_wrong_beside_a_set_that_is_refused_is_said_in_its_row(tmp_path: Path) -> None:
+    """A plug-in without limits of the call passed those of the vehicle, and report.md said "refused"."""
+    gone = made_up.cell(
+        "mine", status="refused", reason="takes no limits", batches=[], singles=[], judged=None
+    )
+    wrong = replace(capability(mine=90), wrong={"mine": "drawn evenly: a limit is violated"})
+    key = replace(gone.key, vehicle="ukwial", demands="active")
+    run = run_of(tmp_path, Method(name="mine", plugin=True), replace(gone, key=key), wrong)
+    assert "refused: takes no limits; wrong: drawn evenly: a limit is violated" in section(run, frozenset())
+    assert "a limit is violated" in failures.section(run, frozenset())
