@@ -1,20 +1,27 @@
 """Hosts that measure themselves: what travels, what comes back, and what is said of those that fail."""
 
+import gzip
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 import pytest
+from click.testing import CliRunner
 
 from alloc import AllocError
 from bench import load
+from bench.__main__ import cli
 from bench.fleet import lead
 from bench.fleet.host import HostRun, run_here
 from bench.fleet.lead import Host, folders, hosts, keep, run_fleet
 from bench.fleet.parcel import pack, unpack
 from bench.record import FILE_NAME
 from bench.record.writer import PREVIOUS
+from bench.report.terminal import objections
+from bench.results.rows import read_run
+from tests import made_up
 from tests.clusters import loopback_cluster
 from tests.runs import started, wait_for
 from tests.vehicle_files import GOOD
@@ -166,8 +173,6 @@ def test_machines_alike_have_folders_with_their_workers_names() -> None:
 
 
 def test_an_older_record_is_kept_beside_a_new_one(tmp_path: Path) -> None:
-    import gzip
-
     texts = (b"first", b"second", b"third", b"fourth")
     earlier = [keep(HostRun(machine="pi", record=gzip.compress(text)), tmp_path / "pi") for text in texts]
     assert earlier == [False, True, True, True]
@@ -201,3 +206,18 @@ def test_records_come_back_from_a_scheduler_s_hosts_also_where_one_dies(tmp_path
     (folder,) = out.iterdir()
     assert {row.vehicle for row in load(folder) if row.method == "pinv"} == {"cross"}
     assert (folder / "report.md").is_file()
+
+
+def test_a_fleet_says_which_answers_end_it_with_1(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It named the report alone, and that a method was refused stood there for what was wrong beside."""
+    made = made_up.whole(tmp_path) / FILE_NAME
+    sent = HostRun(machine="pi", code=1, record=gzip.compress(made.read_bytes()))
+    monkeypatch.setattr("bench.fleet.cluster.cluster", lambda *_, **__: nullcontext())
+    monkeypatch.setattr("bench.fleet.cluster.wait_for_workers", lambda _: None)
+    monkeypatch.setattr("bench.fleet.lead.hosts", lambda _: [DECK])
+    monkeypatch.setattr("bench.fleet.lead.run_fleet", lambda *_: iter([(DECK, sent)]))
+    command = ["fleet", "--scheduler", "tcp://10.0.0.1:1", "--out", str(tmp_path / "out")]
+    done = CliRunner().invoke(cli, command, standalone_mode=False)
+    assert done.return_value == 1, done.output
+    (said,) = objections(read_run(tmp_path / "out" / "pi").rows)
+    assert said in done.output
