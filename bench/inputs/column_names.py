@@ -13,7 +13,10 @@ WORDS: dict[str, tuple[str, ...]] = {
     "roll": ("roll", "mx", "torquex", "momentx", "tauk"),
     "pitch": ("pitch", "my", "torquey", "momenty", "taum"),
     "yaw": ("yaw", "mz", "torquez", "momentz", "taun"),
-    TIME: ("t", "time", "timestamp", "stamp", "sec", "secs", "seconds", "elapsed", *SELF_UNIT),
+    TIME: (
+        *("t", "time", "timestamp", "stamp", "sec", "secs", "seconds", "elapsed", *SELF_UNIT),
+        *("timeboot", "sinceboot", "sincestart", "timeutc", "timeunix", "rosbagtimestamp"),
+    ),
 }
 """Names of each quantity, without case and signs: the last word of a column's name, or its last two."""
 DURATION = {

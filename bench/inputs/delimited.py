@@ -75,7 +75,7 @@ class Cells:
             return since_1970
         comma = self.separator != "," and bool(_DECIMAL_COMMA.fullmatch(text))
         mark = "," if comma else "." if "." in text else ""
-        if mark and self.decimal and mark != self.decimal:
+        if mark and self.decimal and mark != self.decimal and ":" not in text:  # a clock is no number
             raise self.refused(
                 line,
                 f"{column} is {text[:40]!r}, with a decimal {MARKS[mark]}; numbers above have a decimal"

@@ -1,16 +1,18 @@
 """How a table of a log was understood, in words, for its reader to see what was not meant."""
 
+import re
 from collections.abc import Container, Mapping
 from pathlib import Path
 
 from alloc.vehicle.geometry import DOF, MOMENTS
-from bench.inputs.column_names import words_of
+from bench.inputs.column_names import DURATION, words_of
 from bench.inputs.columns import VOLTS, Column, listed, maybe_angle, untimed
 from bench.inputs.delimited import NAMES, Cells
 from bench.inputs.units import SECONDS, TIME
 
 SHOWN = 6
 """Most columns of limits, and left out ones, that are named."""
+_TIME = re.compile(r"time(?!out)|stamp|clock", re.IGNORECASE)
 
 
 def understood(
@@ -66,6 +68,19 @@ def understood(
     if table.decimal == ",":
         parts.append("decimal commas")
     return f"{path.name}: {'; '.join(parts)}" if parts else ""
+
+
+def without_time(path: Path, table: Cells, found: Mapping[str, Column]) -> str:
+    """A doubt about a log without times, where a column may be these under a name that is not known."""
+    if TIME in found or untimed(table.header, table.units):
+        return ""
+    for name in table.header:
+        if _TIME.search(name) and not DURATION & set(words_of(name)):
+            return (
+                f"{path.name}: no column is taken for times; if {name[:40]!r} has these,"
+                f" --columns 't={name[:40]}', with its unit, as [ms], where the name lacks one"
+            )
+    return ""
 
 
 def attitude(found: Mapping[str, Column], given: Container[str]) -> dict[str, str]:

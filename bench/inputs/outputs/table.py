@@ -14,7 +14,7 @@ from bench.inputs.demand_csv import seconds
 from bench.inputs.frames import id_column, ids_of, of_table
 from bench.inputs.log_limits import like_volts, limit_columns
 from bench.inputs.outputs import Outputs
-from bench.inputs.understood import attitude, like_angles, understood
+from bench.inputs.understood import attitude, like_angles, understood, without_time
 from bench.inputs.units import TIME
 
 SUFFIXES = TABLES
@@ -93,7 +93,7 @@ def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None)
         why=why,
         framed=framed,
         named=named,
-        doubt=like_angles(path, found, given),
+        doubt=like_angles(path, found, given) or without_time(path, table, found),
     )
 
 

@@ -362,3 +362,42 @@ def test_a_unit_in_the_name_of_a_time_that_the_user_names_counts(
     t = read_demands(file, DOF, parse_columns(f"t={name}")).t
     assert t is not None
     assert np.diff(t) == pytest.approx(factor)
+
+
+@pytest.mark.parametrize(
+    ("name", "step"),
+    [
+        ("time_boot_ms", 0.02),
+        ("Time since start [s]", 20),
+        ("time_utc_usec", 2e-5),
+        ("time_since_boot_ms", 0.02),
+    ],
+)
+def test_times_since_start_and_of_mavlink_are_read(file: Path, name: str, step: float) -> None:
+    """Such a log was one without times, and judged at 100 Hz."""
+    written(file, f"{name},surge,sway,yaw\n0,1,2,3\n20,1,2,4\n")
+    times = read_demands(file, DOF).t
+    assert times is not None
+    assert times == pytest.approx([0, step])
+
+
+@pytest.mark.parametrize(
+    ("name", "doubted"),
+    [("clock of the log", True), ("autopilotTime", True), ("solve time", False), ("timeout", False)],
+)
+def test_what_may_be_a_time_and_is_not_taken_for_it_is_said_with_the_remedy(
+    file: Path, name: str, doubted: bool
+) -> None:
+    written(file, f"surge,sway,yaw,{name}\n1,2,3,0\n1,2,4,20\n")
+    doubt = f"no column is taken for times; if {name!r} has these, --columns 't={name}'"
+    assert (doubt in read_demands(file, DOF).doubt) == doubted
+    times = read_demands(file, DOF, parse_columns(f"t={name} [ms]")).t
+    assert times is not None
+    assert times == pytest.approx([0, 0.02])
+
+
+def test_a_clock_in_a_table_with_decimal_commas_is_told_what_a_time_may_be(file: Path) -> None:
+    """The advice was to write the clock with a comma."""
+    written(file, "time;surge;sway;yaw\n10:00:00.000;1,5;2;3\n10:00:00.020;1,5;2;4\n")
+    message = refused(lambda: read_demands(file, DOF), file)
+    assert "a date as 2024-05-01T12:00:00.02" in message
