@@ -26,6 +26,8 @@ def on_esc(keys: VehicleFile, vehicle: Vehicle) -> Iterator[tuple[Level, str, st
         yield from _on_dead_band(one, vehicle.esc[i])
         yield from _on_no_volts(vehicle.esc[i])
     yield from _on_voltages(vehicle.esc)
+    if keys.f_min is None or keys.f_max is None:
+        yield from _on_nominal(vehicle)
     yield from _on_each(vehicle)
 
 
@@ -85,6 +87,23 @@ def _on_voltages(escs: Sequence[Esc]) -> Iterator[tuple[Level, str, str]]:
         f"{shared}; at another one thrusts count as never measured (status 1 in C): give more voltages, or"
         " the curve without one",
     )
+
+
+def _on_nominal(vehicle: Vehicle) -> Iterator[tuple[Level, str, str]]:
+    """A remark on limits that were left out: those at 'volts' also hold where the battery has more."""
+    if (table := vehicle.by_volts) is None:
+        return
+    more = (table.f_max - table.f_min)[-1] / (vehicle.f_max - vehicle.f_min)
+    i = int(more.argmax())
+    if more[i] > 1 + APART and vehicle.esc[i].nominal < table.volts[-1]:
+        yield (
+            "note",
+            "esc",
+            f"limits were left out, so those at 'volts', {vehicle.esc[i].nominal:g} V, hold at more, too: at"
+            f" {table.volts[-1]:g} V {vehicle.called(i)} could give {table.f_min[-1, i]:.3g} …"
+            f" {table.f_max[-1, i]:.3g} N, and {vehicle.f_min[i]:.3g} … {vehicle.f_max[i]:.3g} N is all that"
+            " is asked; if the battery reaches that, raise 'volts', or write f_min and f_max",
+        )
 
 
 def _on_dshot(esc: Esc) -> Iterator[tuple[Level, str, str]]:

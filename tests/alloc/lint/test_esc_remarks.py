@@ -116,3 +116,17 @@ def test_a_step_that_is_coarser_than_slew_rates_allow_between_calls_is_warned_of
             kept[which] = vehicle.commands(f).f if which == "made" else f
     assert (kept["made"].sum() == pytest.approx(300, rel=0.02)) != warned
     assert kept["allocated"].sum() == pytest.approx(300)
+
+
+@pytest.mark.parametrize(
+    ("volts", "rest", "noted"), [(14, "", True), (16, "", False), (14, "f_min: -30\nf_max: 40", False)]
+)
+def test_limits_that_were_left_out_are_those_at_the_usual_voltage_and_check_says_so(
+    tmp_path: Path, volts: int, rest: str, noted: bool
+) -> None:
+    """A full battery was held to them without a word: what the ESC made "could not be met"."""
+    curve = "curve: {12: [[-100, -20], [0, 0], [100, 30]], 16: [[-100, -30], [0, 0], [100, 40]]}"
+    said = remarks(tmp_path, f"neutral: 0, range: [-100, 100], volts: {volts}, {curve}", rest)
+    assert ("limits were left out, so those at 'volts', 14 V, hold at more, too: at 16 V" in said) == noted
+    vehicle = load_vehicle(tmp_path / "mine.yaml")
+    assert (vehicle.limits(volts=16.0)[1] == (35 if noted else 40)).all()
