@@ -23,7 +23,7 @@ def on_esc(keys: VehicleFile, vehicle: Vehicle) -> Iterator[tuple[Level, str, st
     for i, one in enumerate([keys.esc] if isinstance(keys.esc, EscKeys) else keys.esc):
         yield from _on_points(one)
         yield from _on_dshot(vehicle.esc[i])
-        yield from _on_dead_band(one, vehicle.esc[i])
+        yield from _on_dead_band(vehicle.esc[i])
         yield from _on_no_volts(vehicle.esc[i])
     yield from _on_voltages(vehicle.esc)
     if keys.f_min is None or keys.f_max is None:
@@ -124,14 +124,14 @@ def _on_no_volts(esc: Esc) -> Iterator[tuple[Level, str, str]]:
         yield "warning", "esc", f"no 'volts', and {has}, {more}"
 
 
-def _on_dead_band(keys: EscKeys, esc: Esc) -> Iterator[tuple[Level, str, str]]:
+def _on_dead_band(esc: Esc) -> Iterator[tuple[Level, str, str]]:
     still = esc.command[(esc.curve == 0).all(axis=0)]
     width = float(np.ptp(still)) if len(still) else 0.0
     if 0 < width < esc.step:
         yield (
             "warning",
             "esc",
-            f"a step of {keys.step:g} is coarser than the dead band, {width:g}; the smallest thrust jumps",
+            f"a step of {esc.step:g} is coarser than the dead band, {width:g}; the smallest thrust jumps",
         )
 
 

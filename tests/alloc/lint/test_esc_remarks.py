@@ -44,6 +44,7 @@ SLIPS = {
     "'volts' is 12 V": (f"{SOUND}, volts: 12", ""),
     "of the range -100 … 100 the curve has -100 … 80 alone": (SOUND.replace("[100, 40]", "[80, 33]"), ""),
     "coarser than the dead band": (f"{SOUND}, step: 25", ""),
+    "a step of 1 is coarser than the dead band, 0.6": (SOUND.replace("9, 0]", "0.3, 0]"), ""),
     "if the range is of DShot 3D": ("neutral: 1048, range: [48, 2047]", "f_min: -30\nf_max: 40"),
     "no 'curve'": ("neutral: 0, range: [-100, 100]", "f_min: -30\nf_max: 40"),
 }
