@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from alloc.allocation import Allocator
 from alloc.errors import NotInstalled, PluginError, UnknownName, unknown
 from alloc.files.modules import check_for, modules
-from alloc.formulations import Family, find_formulation, list_formulations, refuse_misspelt
+from alloc.formulations import Family, find_formulation, nearly
 from alloc.live.declared import check_declared
 from alloc.live.plain import ANY_DISTANCE, EXACT, Plain
 from alloc.vehicle import Vehicle
@@ -221,15 +221,11 @@ def _built(path: Path, module: ModuleType, vehicle: Vehicle, **options: Any) -> 
 
 
 def _own_rule(name: str) -> str:
-    """What the rule of a file that declares none is called: as the file, unless that is a known formulation.
+    """What the rule of a file that declares none is called: as the file, unless that is nearly a formulation.
 
-    One called ``scale`` is held to no optimum, and no misspelling of ``scaled`` either.
+    A file ``scale`` is held to no optimum, and misspells no ``scaled`` either.
     """
-    try:
-        refuse_misspelt(name)
-    except UnknownName:
-        return f"own-{name}"
-    return f"own-{name}" if name in {known.name for known in list_formulations()} else name
+    return f"own-{name}" if nearly(name) else name
 
 
 def _entries(module: ModuleType) -> Iterator[Entry]:

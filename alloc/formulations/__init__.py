@@ -163,10 +163,17 @@ def refuse_misspelt(name: str) -> None:
 
     Taken for a rule of practice, such a method would be held to no optimum.
     """
-    known = [formulation.name for formulation in list_formulations()]
-    alike = [other for other in known if abs(len(other) - len(name)) <= 1 and other != name]
-    if name not in known and (close := get_close_matches(name.lower(), alike, n=1, cutoff=0.75)):
+    if (close := nearly(name)) not in ("", name):
         raise UnknownName(
-            f"the formulation {name[:60]!r} is a letter or two from '{close[0]}';"
+            f"the formulation {name[:60]!r} is a letter or two from '{close}';"
             " write that, or give a rule of your own another name"
         )
+
+
+def nearly(name: str) -> str:
+    """The formulation with a file that a name is, but for a letter or its case; empty where it is none."""
+    known = [formulation.name for formulation in list_formulations()]
+    if name in known:
+        return name
+    alike = [other for other in known if abs(len(other) - len(name)) <= 1]
+    return next(iter(get_close_matches(name.lower(), alike, n=1, cutoff=0.75)), "")

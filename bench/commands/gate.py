@@ -84,6 +84,7 @@ def command(
         trees.folder(head_path) if head_path else trees.revision(repo, head or "HEAD"),
     )
     asked = vehicles or VEHICLES
+    chosen = among(vehicles, cells) if vehicles else cells
     plugins = tuple(dict.fromkeys(plugins))
     methods = [plugin.stem.replace("_", "-") for plugin in plugins]  # as in the catalogue
     taken = [entry.name for entry in catalogue()]
@@ -96,7 +97,7 @@ def command(
     record = gate(
         *sides,
         GateSettings(threshold=threshold / 100, pairs=pairs, budget_s=budget),
-        patterns=(among(vehicles, cells) if vehicles else cells) or patterns or DEFAULT_CELLS,
+        patterns=chosen or patterns or DEFAULT_CELLS,
         plugins=plugins,
         vehicles={v: str(find_file(v).resolve()) for v in vehicles if v not in list_vehicles()},
         always=always,

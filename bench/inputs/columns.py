@@ -12,14 +12,13 @@ from bench.inputs.units import FORCE, MOMENT, SECONDS, TIME, factor_to, known
 VOLTS = "volts"
 _UNIT = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]\s*")
 _SUFFIX = re.compile(rf"(?P<name>.+)_(?P<unit>{'|'.join(SECONDS)}|N|kN|Nm|kNm)")
-
-
 _OTHERS = {
     *("lb", "lbs", "pound", "pounds", "kg", "kp", "gf", "gram", "grams", "tf", "tonne", "tonnes"),
     *("kilonewton", "kilonewtons", "dn", "dan", "pct", "percent", "percentage"),
     *("norm", "normalised", "normalized"),
     *("lbft", "ftlb", "ftlbs", "lbin", "inlb", "ozin", "nmm", "ncm", "kgcm", "kgm"),
 }
+"""Words that stand for another unit, or a share, of which nothing here knows the factor."""
 _WITHIN = re.compile(r"[\W_]+|(?<=[a-jln-z])(?=(?:kNm?|Nm|[lL]bf|[kK]gf)(?![A-Za-z]))")
 """What parts the words of a name: signs, and a small letter before a unit, as in ``FxkN``."""
 _UNITS = {unit.lower() for unit in (*FORCE, *MOMENT, *_OTHERS) if len(unit) > 1}

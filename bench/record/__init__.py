@@ -10,12 +10,13 @@ from bench.record.capability import (
     Served,
     Unserved,
 )
-from bench.record.cell import Batch, Cell, Judged, Key, Quiet
+from bench.record.cell import FARTHER, Batch, Cell, Judged, Key, Quiet
 from bench.record.emulated import BoardFacts, Emulated, Processor
 from bench.record.reader import FILE_NAME, PACKED, Record, RecordError, parse, read
 from bench.record.schema import NO_VEHICLE, SCHEMA, Event, Header, Line, Method, Problem, Worker
 
 __all__ = [
+    "FARTHER",
     "FILE_NAME",
     "NO_VEHICLE",
     "PACKED",

@@ -6,6 +6,8 @@ import msgspec
 
 Count = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
 """A number of calls or of ns, up to where doubles count one by one; another one is a damaged file's."""
+FARTHER = "farther from the optimum than promised"
+"""What is wrong with an answer that breaks no equation."""
 
 
 class Key(msgspec.Struct, frozen=True, order=True):
@@ -97,6 +99,11 @@ class Judged(msgspec.Struct, omit_defaults=True, kw_only=True):
         """Give numbers of ``loss`` in older records their present names."""
         if not self.loss.keys().isdisjoint(RENAMED):
             self.loss = {RENAMED.get(name, name): value for name, value in self.loss.items()}
+
+    @property
+    def objection(self) -> str:
+        """What the answers are not right by, an equation or the promised distance; empty where they are."""
+        return self.wrong or (FARTHER if self.agrees is False else "")
 
 
 RENAMED = {f"wrench_error_rel_{q}": f"lost_wrench_{q}" for q in ("p50", "p99", "max")}

@@ -40,7 +40,7 @@ def objections(rows: Iterable[Row]) -> list[str]:
     """One line for each row whose answers are wrong or disagree with the reference, with the row's name."""
     lines = []
     for row in rows:
-        judged = next((j for j in row.measured.judged if j.wrong or j.agrees is False), None)
+        judged = next((j for j in row.measured.judged if j.objection), None)
         if judged is None:
             if elsewhere := row.measured.wrong_elsewhere:
                 lines.append(f"{row.label} on {row.vehicle}, {elsewhere}")
@@ -137,6 +137,7 @@ def _verdict(rows: list[Row]) -> str:
     verdicts = [judged.agrees for row in rows for judged in row.measured.judged if judged.agrees is not None]
     agreement = "-" if not verdicts else "yes" if all(verdicts) else f"no, {verdicts.count(False)}x"
     failures = Counter(row.failed.status for row in rows if row.failed)
+    # What is wrong on another set is counted there.
     failures.update(
         "wrong" for row in rows if row.wrong not in ("", row.measured.wrong_on_others) and not row.failed
     )

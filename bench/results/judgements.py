@@ -12,9 +12,6 @@ from bench.record import Judged
 from bench.results.repeats import Repeats, most
 from bench.results.times import calls
 
-FARTHER = "farther from the optimum than promised"
-"""What is wrong with an answer that breaks no equation."""
-
 
 class Worst(property):
     """A column with the worst number of the judgements of a row's repeats, None where none has it."""

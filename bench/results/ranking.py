@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from alloc.allocation import WRENCH_TOLERANCE
 from alloc.formulations import Family, find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
+from bench.record import FARTHER
 from bench.results.columns import Row
 from bench.results.repeats import most
 from bench.results.rows import Run
@@ -26,8 +27,12 @@ def right(row: Row) -> bool:
 
 def off(row: Row) -> bool:
     """Whether an answer of this set, or an untimed one, is wrong or farther off than promised."""
-    judged = row.measured.judged
-    return bool(row.measured.wrong_elsewhere) or any(j.wrong or j.agrees is False for j in judged)
+    return bool(row.measured.wrong_elsewhere) or any(judged.objection for judged in row.measured.judged)
+
+
+def objection(row: Row) -> str:
+    """What a row that is not right is not right by, in words."""
+    return row.wrong or FARTHER
 
 
 def complete(row: Row) -> bool:

@@ -12,7 +12,6 @@ from msgspec.structs import replace
 from bench.record import NO_VEHICLE, Capability, Cell, Header, Key, Method, Problem, Record, Worker, read
 from bench.results.columns import Row
 from bench.results.disturbance import canary_median_ns, disturbances
-from bench.results.judgements import FARTHER
 from bench.results.quantiles import Histogram, merged, quantile
 from bench.results.repeats import Repeats
 from bench.results.samples import RowSamples, samples
@@ -172,11 +171,9 @@ def gather(record: Record) -> tuple[Row, ...]:
     wrong = {(c.vehicle, method): what for c in record.capabilities for method, what in c.wrong.items()}
     plugins = {method.name for method in record.methods if method.plugin}
     others = {
-        (cell.key.vehicle, *_choice(cell.key)): f"{judged.wrong or FARTHER} ({cell.key.demands} demands)"
+        (cell.key.vehicle, *_choice(cell.key)): f"{cell.judged.objection} ({cell.key.demands} demands)"
         for cell in record.cells
-        if cell.key.method in plugins
-        and (judged := cell.judged) is not None
-        and (judged.wrong or judged.agrees is False)
+        if cell.key.method in plugins and cell.judged is not None and cell.judged.objection
     }
     missing = {
         (c.vehicle, s.method)

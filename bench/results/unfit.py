@@ -5,8 +5,7 @@ from collections.abc import Sequence
 from alloc.formulations import find_formulation
 from bench.record import Problem
 from bench.results.columns import Row
-from bench.results.judgements import FARTHER
-from bench.results.ranking import right
+from bench.results.ranking import objection, right
 from bench.results.text import counted, percent, three
 
 WEAK = 0.25
@@ -90,5 +89,4 @@ def wrong(row: Row) -> str:
     """Why a row's answers rule out a verdict on its time; empty where they are right, or there are none."""
     if row.failed or right(row):
         return ""
-    reason = row.wrong or FARTHER
-    return f"a wrong answer has no time; {row.demands}: {reason}"
+    return f"a wrong answer has no time; {row.demands}: {objection(row)}"

@@ -63,10 +63,8 @@ def _record(heard: Heard, name: str, started: str, folder: Path, said: list[str]
     for line in rest:
         if isinstance(line, Cell):
             calls += sum(times for _, times in line.singles)
-            wrong = line.judged is not None and (line.judged.wrong or line.judged.agrees is False)
-            if wrong and line.judged is not None:
-                where = f"{line.key.method} on {line.key.demands}"
-                said.append(f"{where}: {line.judged.wrong or 'farther from the optimum than promised'}")
+            if line.judged is not None and line.judged.objection:
+                said.append(f"{line.key.method} on {line.key.demands}: {line.judged.objection}")
                 good = good and bool(heard.board.kernels[line.key.method].solver)
         elif isinstance(line, Emulated):
             calls += sum(times for _, times in line.instructions)

@@ -4,8 +4,7 @@ from collections import defaultdict
 from operator import attrgetter
 
 from bench.results.columns import Row
-from bench.results.judgements import FARTHER
-from bench.results.ranking import off
+from bench.results.ranking import objection, off
 from bench.results.repeats import most
 from bench.results.rows import Run
 from bench.results.text import table, three
@@ -49,8 +48,7 @@ def _wrong(rows: list[Row]) -> str:
         return "No row disagrees, and no answer is wrong.\n"
     where: dict[tuple[str, str, str], list[str]] = defaultdict(list)
     for row in rows:
-        what = row.wrong or FARTHER
-        where[row.label, row.demands, what].append(f"{row.vehicle} ({_distance(row)})")
+        where[row.label, row.demands, objection(row)].append(f"{row.vehicle} ({_distance(row)})")
     lines = [[*key[:2], ", ".join(sorted(places)), key[2]] for key, places in sorted(where.items())]
     headers = ("method", "demands", "vehicle (distance found, promised)", "what is wrong")
     return "### Wrong\n\n" + table(headers, lines)

@@ -3,11 +3,11 @@
 from bench.report.readme import lost, not_counted, served
 from bench.report.verdict import loop_of
 from bench.results.columns import Row
-from bench.results.judgements import FARTHER
 from bench.results.ranking import (
     best,
     complete,
     exact,
+    objection,
     optimal,
     own_without_time,
     right,
@@ -56,7 +56,7 @@ def answers(row: Row) -> str:
     """What a row's answers are, in words; near an optimum where only a solver's tolerance misses it."""
     title = row.title
     if not right(row):
-        return f"wrong: {row.wrong or FARTHER}"
+        return f"wrong: {objection(row)}"
     if not optimal(row) or exact(row):
         return title
     return f"near {title}" if complete(row) else f"aims at {title}, misses some that can be met"
