@@ -166,6 +166,7 @@ def load_plugin(path: Path) -> Entry:
         del sys.modules[spec.name]
         raise UnknownName(f"{path}: can't be imported ({type(error).__name__}: {error}); mend it") from error
     check_declared(path, module)
+    _refuse_method(path, getattr(module, "FORMULATION", None) or "")
     if hasattr(module, "variants"):
         raise UnknownName(
             f"{path}: has variants(), which files in alloc/methods may; give each method a file"
@@ -176,6 +177,19 @@ def load_plugin(path: Path) -> Entry:
         raise UnknownName(f"{path}: {shadowed}; rename the file beside the plug-in, or uninstall the other")
     entry = _entry(_hyphened(path.stem), module)
     return replace(entry, prepare=partial(_built, path, module))
+
+
+def _refuse_method(path: Path, formulation: str) -> None:
+    """Raise UnknownName where a file declares a method in place of a formulation, as ``nullspace``.
+
+    Taken for a rule of its own, the plug-in would be held to no optimum.
+    """
+    for entry in catalogue():
+        if entry.name == formulation and entry.formulation != formulation:
+            raise UnknownName(
+                f"{path}: {formulation!r} is a method, whose formulation is {entry.formulation!r};"
+                " write that, or give a rule of your own another name"
+            )
 
 
 def _shadowed(path: Path, names: Iterable[str]) -> str:

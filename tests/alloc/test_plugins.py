@@ -253,6 +253,7 @@ def test_a_function_that_takes_no_limits_is_not_asked_to_keep_those_of_a_call(tm
         ("FORMULATION = 3\ndef build(vehicle): pass\n", "FORMULATION = 3; give a name"),
         ("FORMULATION = 'hrad'\ndef build(vehicle): pass\n", "mine.py: the formulation 'hrad' .* 'hard'"),
         ("FORMULATION = 'Soft'\ndef build(vehicle): pass\n", "mine.py: the formulation 'Soft' .* 'soft'"),
+        ("FORMULATION = 'nullspace'\ndef build(vehicle): pass\n", "mine.py: .* a method.* 'hard'"),
         ("LIMITED = 'no'\ndef build(vehicle): pass\n", "LIMITED = 'no'; give True"),
         ("TOLERANCE = float('nan')\ndef build(vehicle): pass\n", "TOLERANCE = nan; give a distance"),
         ("TOLERANCE = -1\ndef build(vehicle): pass\n", "TOLERANCE = -1; give a number from 0 on"),
