@@ -16,7 +16,8 @@ ROUNDING: dict[Scalar, float] = {"double": 1e-12, "float": 1e-5}
 command, two commands are as near, and the case is not asked."""
 SHARES = (1.2, 0.3, 0.05)
 """Largest thrusts that are asked, relative to the vehicle's largest limit: beyond the end, usual, small."""
-
+AT_LIMITS = 0.5
+"""Share of the thrusts of some cases that lie at a limit [-]."""
 MOVED = np.array([(0, 0, 0), (1, 0, 0), (-1, 0, 0), (0, 1, 1), (0, -1, -1), (0, 1, -1), (0, -1, 1)])
 """What a case is asked with: thrusts, lower and upper limits as they are, and moved by rounding."""
 
@@ -73,7 +74,7 @@ int main(void)
             wrong++;
         }}
         for (int j = 0; j < {vehicle.k}; j++) {{
-            tau[j] = cases[i].f[j % {n}] * {of(0.1)};
+            tau[j] = cases[i].f[j % {n}] * (i % 3 == 0 ? {of(1.0)} : {of(0.1)}); /* some can't be met */
         }}
         const int fault = (int)(i % {faults + 2}) - 1; /* the last there is not */
         const int found = {of.name}(tau, {given}fault, f{shares});
@@ -105,7 +106,7 @@ def _size(vehicle: Vehicle) -> float:
 def _rows(of: EscCode) -> str:
     """The initialisers of CASES calls that rounding does not decide, and of some with what is no number."""
     vehicle, rng = of.vehicle, np.random.default_rng(1999)
-    real = np.float32 if of.scalar == "float" else np.float64
+    real = _real(of)
     low, high = _measured(vehicle)
     rows: list[str] = []
     for i in range(4 * CASES):
@@ -118,6 +119,10 @@ def _rows(of: EscCode) -> str:
             f_min, f_max = np.sort(rng.uniform(-1.0, 1.0, (2, vehicle.n)) * vehicle.f_scale, axis=0)
             around = rng.random(vehicle.n) < 0.5
             f_min, f_max = (np.where(around, s * np.abs(side), side) for s, side in ((-1, f_min), (1, f_max)))
+        if i % 8 == 4:  # cut at limits, as allocators do, of a measured voltage
+            if of.limits == "call":
+                f_min, f_max = _ends(vehicle, float(volts))
+            f = np.where(rng.random(vehicle.n) < AT_LIMITS, np.where(f < 0, f_min, f_max), f)
         if i % 16 == 15:
             f[rng.integers(vehicle.n)] = (np.nan, np.inf, -np.inf)[i // 16 % 3]
         call = [side.astype(real).astype(np.float64) for side in (f, f_min, f_max)]
@@ -133,16 +138,33 @@ def _rows(of: EscCode) -> str:
     return "\n".join(rows)
 
 
+def _real(of: EscCode) -> type[np.floating]:
+    """numpy's type of the numbers in that C."""
+    return np.float32 if of.scalar == "float" else np.float64
+
+
 def _measured(vehicle: Vehicle) -> tuple[float, float]:
     """First and last voltage of all curves [V]; 1 where no curve says."""
     ends = [float(v) for esc in vehicle.esc for v in esc.volts[[0, -1]] if not np.isnan(v)]
     return (min(ends), max(ends)) if ends else (1.0, 1.0)
 
 
+def _ends(vehicle: Vehicle, volts: float) -> tuple[FloatArray, FloatArray]:
+    """The least and the largest thrust (n,) that each ESC makes at a voltage [N]."""
+    least, most = np.array([esc.span(np.array([volts])) for esc in vehicle.esc])[..., 0].T
+    return least, most
+
+
 def _decided(of: EscCode, call: list[FloatArray], volts: float) -> Sent | None:
     """What Python sends; None where what rounding moves thrusts and limits by changes a command."""
     by = ROUNDING[of.scalar] * _size(of.vehicle)
     f, low, high = (side + by * moved[:, None] for side, moved in zip(call, MOVED.T, strict=True))
+    # A limit that is the end of its curve is that in C too, to the last bit: moved, it would cost a step.
+    least, most = _ends(of.vehicle, volts)
+    low = np.where(call[1] == least.astype(_real(of)), least, low)
+    high = np.where(call[2] == most.astype(_real(of)), most, high)
+    # So is a thrust that an allocator cut at a limit.
+    f = np.where(call[0] == call[1], low, np.where(call[0] == call[2], high, f))
     made = of.vehicle.commands(f, np.full(len(f), volts), f_min=low, f_max=high)
     sent, *others = (Sent(*row) for row in zip(*made, strict=True))
     same = all((each.u == sent.u).all() and status_of(each) == status_of(sent) for each in others)

@@ -105,6 +105,24 @@ def test_a_broken_line_is_seen(edit: tuple[str, str], tmp_path: Path) -> None:
     assert " 0 wrong" not in said
 
 
+@pytest.mark.parametrize(
+    "edit",
+    [
+        ("j = end > 0", "j = end < 0"),
+        ("end > 0 ? ends->high", "end < 0 ? ends->high"),
+        ("(x - wish)", "(x + wish)"),
+    ],
+    ids=str,
+)
+@pytest.mark.parametrize(("single", "limits"), [(True, "fixed"), (False, "call")])
+@pytest.mark.parametrize("keys", [{}, {"f_min": [-40, -20, -40, -18], "f_max": [51, 20, 51, 19]}])
+def test_a_thruster_at_the_end_of_its_curve_is_asked(edit, single, limits, keys, tmp_path: Path) -> None:
+    """Limits that are the ends of the curve, as where a file has none, left out all cases with one there."""
+    of = vehicle(tmp_path, ONE, **{"f_min": -40, "f_max": 51} | keys)
+    said = built(of, tmp_path, single=single, limits=limits, edit=edit)
+    assert " 0 wrong" not in said
+
+
 def test_any_bits_give_commands_within_the_range_and_thrusts_within_the_limits(tmp_path: Path) -> None:
     """Arguments are bits, so that NaN, infinities, the tiniest and the largest numbers come up often."""
     of = vehicle(tmp_path, USUAL)
