@@ -73,14 +73,14 @@ class Whole:
         """Carry an order out, however long it takes."""
         try:
             reply = getattr(self.orders, order)(**given)
+            if order == "build":
+                cell = given["cell"]
+                made = self.spoilt(self.orders.allocators[cell])
+                self.orders.allocators[cell] = made
+                if not given.get("weaker") and "numbers" not in given:
+                    self.orders.early[cell] = self.orders.early[cell]._replace(allocate=made)
         except Exception as error:
             raise Refused(f"{type(error).__name__}: {error}", type(error).__name__) from error
-        if order == "build":
-            cell = given["cell"]
-            made = self.spoilt(self.orders.allocators[cell])
-            self.orders.allocators[cell] = made
-            if not given.get("weaker") and "numbers" not in given:
-                self.orders.early[cell] = self.orders.early[cell]._replace(allocate=made)
         return reply
 
 

@@ -38,6 +38,9 @@ def judge_cell(
         if base.lacks and of_base is not asked[0]:  # it takes no limits of each call, or no failed thruster
             remarks += _one_sided(cell, of_head, base, head)
             continue
+        if head.lacks and not base.lacks and of_base is hard and (head.refused or _of_other_size(asked[0])):
+            remarks.append(_made_for_its_own(cell, head))
+            break
         cell.base_lacks = base.lacks or cell.base_lacks
         cell.head_lacks = _when(of_head, head.lacks) or cell.head_lacks
         refused |= head.refused
@@ -89,6 +92,19 @@ def judge_new(cell: GateCell, head: Prober, asked: Sequence[Question]) -> tuple[
         if what := _answers_otherwise(head, cell, asked[0], whole) or one_of(forms):
             fails(cell, what)
     return [*_solved(cell, asked[0], whole), *_slow(cell, fewest)], False
+
+
+def _of_other_size(question: Question) -> bool:
+    """Whether a cell's own vehicle has another size than the nearly symmetric one.
+
+    A method that is written for so many DOF and thrusters can't answer there.
+    """
+    return question.demands.vehicle.T.shape != nearly_symmetric().demands.vehicle.T.shape
+
+
+def _made_for_its_own(cell: GateCell, head: SideAnswers) -> str:
+    """A remark on a method that no longer takes the nearly symmetric vehicle, which is none of the user's."""
+    return f"no longer takes the gate's own vehicle, a nearly symmetric one: `{cell.name}`: {head.lacks}"
 
 
 def _solved(cell: GateCell, question: Question, side: SideAnswers) -> list[str]:

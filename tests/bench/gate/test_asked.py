@@ -7,7 +7,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from alloc import Allocation, Label, Vehicle, build, list_vehicles, load_vehicle
+from alloc import Allocation, Label, NotApplicable, Vehicle, build, list_vehicles, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.nullspace.region import prepare
 from alloc.vehicle.checks import ARRAYS
@@ -88,6 +88,39 @@ def test_every_method_is_asked_a_nearly_symmetric_vehicle_too(
     assert cell.turned_wrong.startswith(says)
     assert bool(cell.turned_wrong) == bool(says)
     assert cell.base_wrong == cell.differ == ""
+
+
+@pytest.mark.parametrize(
+    ("own", "error", "excused"),
+    [
+        ("bluerov2-heavy", NotApplicable("made for mine"), True),
+        ("ukwial", NotApplicable("made for mine"), True),
+        ("ukwial", ValueError("too many values to unpack"), True),
+        ("bluerov2-heavy", ValueError("no such DOF"), False),
+    ],
+)
+def test_a_method_may_become_one_for_its_own_vehicle_alone(own: str, error: Exception, excused: bool) -> None:
+    """What says so is excused from the gate's nearly symmetric vehicle, and what can't know that one's size.
+
+    A right plug-in that began to unpack its four axes was a regression of the user's own vehicle.
+    """
+    vehicle = load_vehicle(own)
+
+    def for_its_own(allocate: Any) -> Any:
+        if not (vehicle.T.shape == allocate._vehicle.T.shape and np.allclose(vehicle.T, allocate._vehicle.T)):
+            raise error
+        return allocate
+
+    asked = [first(questions([build_demands("inactive", vehicle, 1, 20)], nobody)[0], 20)]
+    cell = GateCell(vehicle=own, method="scaled")
+    sides = cast("tuple[Prober, Prober]", (Whole(lambda same: same), Whole(for_its_own)))
+    remarks, refused = judge_cell(cell, sides, asked, asked)
+    said = f"{type(error).__name__}: {error}"
+    assert not refused
+    assert cell.turned_wrong == cell.base_lacks == cell.differ == ""
+    assert cell.head_lacks == ("" if excused else f"nearly symmetric: {said}")
+    own_one = "no longer takes the gate's own vehicle, a nearly symmetric one"
+    assert remarks == ([f"{own_one}: `{cell.name}`: {said}"] if excused else [])
 
 
 @pytest.mark.parametrize("name", list_vehicles())
