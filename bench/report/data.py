@@ -132,7 +132,7 @@ def _pool(pool: Pool, rows: Sequence[Row]) -> dict[str, Any]:
     slowest = max(rows, key=lambda row: row.call_p50_us or 0.0)
     return {
         "exact": seen.exact,
-        "short": seen.short,
+        "missing": seen.missing,
         "refused": _shown(seen.refused),
         "refusal": seen.refusal,
         "picky": seen.picky,

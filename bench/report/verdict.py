@@ -160,11 +160,11 @@ def _why_not_exact(own: Sequence[Size]) -> str:
 
 def _other(first: Size, own: Sequence[Size]) -> str:
     """What serves as well by other means: a solver where one does, else the next method, empty for none."""
-    rank = (first.fit, first.exact, first.short, first.refused > 0)
+    rank = (first.fit, first.exact, first.tenths, first.refused > 0)
     alike = [
         size
         for size in own[1:]
-        if (size.fit, size.exact, size.short, size.refused > 0) == rank and size.method != first.twin
+        if (size.fit, size.exact, size.tenths, size.refused > 0) == rank and size.method != first.twin
         if first.refusal or not size.refusal
     ]
     return next((spoken(size) for size in (*filter(lambda s: s.solver, alike), *alike)), "")

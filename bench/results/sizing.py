@@ -7,6 +7,7 @@ from functools import cached_property
 from itertools import pairwise
 from math import inf
 from operator import itemgetter
+from statistics import fmean
 
 from bench.record import NO_VEHICLE, SERVED_WITHIN, Problem
 from bench.results.columns import Row
@@ -153,7 +154,7 @@ def _pool(
     size = replace(
         size,
         exact=exact_everywhere(rows),
-        short=(largest_miss(rows) or 0.0) > SERVED_WITHIN,
+        missing=missing(rows),
         refused=refused,
         refusal=words,
         moving=moving,
@@ -174,6 +175,18 @@ def exact_everywhere(rows: Sequence[Row]) -> bool:
     # On a set without attainable demands an exact method may have no answers to be judged by.
     asked = [row for row in rows if row.measured.attainable or row.agreed is not None]
     return all(exact(row) for row in asked) and any(exact(row) for row in rows)
+
+
+def missing(rows: Sequence[Row]) -> float:
+    """The share of the demands that can be met of which more than SERVED_WITHIN is left out, a mean of sets.
+
+    0 where none is. Some that can't be met come as near, and make up for one that is left out: it counts.
+    """
+    if (largest_miss(rows) or 0.0) <= SERVED_WITHIN:
+        return 0.0
+    known = [(row.within_1pct_share, row.measured.attainable) for row in rows]
+    served = [min(within / can, 1.0) for within, can in known if within is not None and can > 0]
+    return max(1.0 - fmean(served), SERVED_WITHIN) if served else 1.0
 
 
 def judge(

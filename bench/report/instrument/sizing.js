@@ -20,7 +20,7 @@ function singlesOf(method, demands) {
 
 // loop: {rate [Hz], budget [-], period and limit [us], clock [Hz]}
 function sizeOf(machine, method, loop, demands) {
-  const size = { ...method, data: method, machine: machine.name, fit: UNKNOWN, reason: "", exact: false, short: false, refused: 0, refusal: "", picky: false, moving: false, p50: null, cpu: null, p999: null, max: null, late: 0, calls: 0, bound: null, up_to: null, lost: null };
+  const size = { ...method, data: method, machine: machine.name, fit: UNKNOWN, reason: "", exact: false, missing: 0, refused: 0, refusal: "", picky: false, moving: false, p50: null, cpu: null, p999: null, max: null, late: 0, calls: 0, bound: null, up_to: null, lost: null };
   if (machine.cpi) return counted(machine, size, loop);
   const pool = method.pools.find((own) => own.demands === demands);
   Object.assign(size, pool);
@@ -48,13 +48,15 @@ function counted(machine, size, loop) {
   return size;
 }
 
+// In tenths, rounded up, as characters that sort: 0 to 9, then :.
+const tenths = (size) => String.fromCharCode(48 + Math.ceil(10 * size.missing));
 const median = (size) => size.cpu ?? size.p50 ?? 0;
 
 function ordered(sizes) {
   const byText = (a, b) => (a < b ? -1 : a > b ? 1 : 0);
   const classes = new Map();
   for (const size of [...sizes].sort((a, b) => median(a) - median(b) || byText(a.label, b.label))) {
-    const key = `${+(size.fit > MAY_FIT)}${+(size.refused > 0)}${+!size.exact}${+size.short}${size.fit}`;
+    const key = `${+(size.fit > MAY_FIT)}${+(size.refused > 0)}${+!size.exact}${tenths(size)}${size.fit}`;
     if (!classes.has(key)) classes.set(key, []);
     classes.get(key).push(size);
   }
@@ -65,7 +67,7 @@ function ordered(sizes) {
       const alike = left.filter((size) => median(size) <= data.close * median(left[0]));
       const group = alike.length ? alike : [left[0]];
       const place = (size) => 2 * (size.steps === null) + !size.twin;
-      found.push(...[...group].sort((a, b) => place(a) - place(b)));
+      found.push(...[...group].sort((a, b) => place(a) - place(b) || a.missing - b.missing));
       left = left.slice(group.length);
     }
   }
@@ -89,7 +91,7 @@ function onAll(byMachine) {
     const tails = there.map((size) => size.p999), rates = there.map((size) => size.up_to).filter((rate) => rate !== null);
     const worstOf = (key) => most(there.map((size) => size[key]));
     found.push({
-      ...worst, there, reason: worst.reason ? `${worst.machine}: ${worst.reason}` : "", exact: there.every((size) => size.exact), short: there.some((size) => size.short), refused: most(there.map((size) => size.refused)), refusal: there.reduce((a, b) => (b.refused > a.refused || (b.refused === a.refused && b.refusal > a.refusal) ? b : a)).refusal,
+      ...worst, there, reason: worst.reason ? `${worst.machine}: ${worst.reason}` : "", exact: there.every((size) => size.exact), missing: worstOf("missing"), refused: most(there.map((size) => size.refused)), refusal: there.reduce((a, b) => (b.refused > a.refused || (b.refused === a.refused && b.refusal > a.refusal) ? b : a)).refusal,
       p50: worstOf("p50"), cpu: worstOf("cpu"), p999: tails.includes(null) ? null : most(tails), max: worstOf("max"), late: sum(there.map((size) => size.late)), calls: sum(there.map((size) => size.calls)),
       bound: worstOf("bound"), up_to: rates.length ? Math.min(...rates) : null, memory_MB: worstOf("memory_MB"), lost: worstOf("lost"), served: there.map((size) => size.served).find(Boolean) ?? "",
     });
@@ -129,7 +131,7 @@ function verdict(sizes, vehicle, loop, where) {
   const exacting = sizes.filter((size) => size.picky), refusing = exacting[0];
   if (refusing && exacting.every((size) => size.refused > first.refused)) text += `; ${spoken(refusing)} refuses ${refusing.refusal}`;
   if (first.freedom === 0) text += "; no thruster to spare, so no freedom to gain from: a wrench can be made in one way";
-  const alike = sizes.slice(1).filter((size) => size.fit === first.fit && size.exact === first.exact && size.short === first.short && size.refused > 0 === first.refused > 0 && size.method !== first.twin && (first.refusal || !size.refusal));
+  const alike = sizes.slice(1).filter((size) => size.fit === first.fit && size.exact === first.exact && tenths(size) === tenths(first) && size.refused > 0 === first.refused > 0 && size.method !== first.twin && (first.refusal || !size.refusal));
   const other = alike.find((size) => size.solver) ?? alike[0];
   return other ? `${text}; ${spoken(other)} would do too.` : `${text}.`;
 }

@@ -97,7 +97,13 @@ def cell(
         agrees=True,
         distance_rel_max=1e-12,
         tolerance=1e-9,
-        loss={"answered_share": 1.0, "lost_wrench_max": share, "lost_wrench_p50": share},
+        missed_max=share,
+        loss={
+            "answered_share": 1.0,
+            "lost_wrench_max": share,
+            "lost_wrench_p50": share,
+            "within_1pct_share": 1.0 - share,
+        },
     )
     return Cell(
         Key(vehicle, demands, method, start),

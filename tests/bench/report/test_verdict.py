@@ -1,5 +1,6 @@
 """What to take, in a sentence; how sure that is; one report of several machines."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +48,29 @@ def test_where_no_exact_method_keeps_up_the_sentence_says_which_is_too_slow(tmp_
     assert said(tmp_path, 10_000, *cells) == (
         "ukwial at 10000 Hz: take clip; not exact (qp/daqp, which is, takes too long); 2.00 % of the period."
     )
+
+
+@pytest.mark.parametrize(
+    ("served", "taken"),
+    [
+        ((0.5, 0.97), "take mine;.* of the period.$"),  # the quicker one would not do
+        ((0.93, 0.97), "take clip;.* mine would do too.$"),  # as good, but for a few of a hundred
+        ((0.95, 1.0), "take mine;.* of the period.$"),
+        ((0.02, 0.04), "take clip;.* mine would do too.$"),
+    ],
+)
+def test_of_rules_that_fit_the_one_that_delivers_more_is_taken(
+    served: tuple[float, float], taken: str, tmp_path: Path
+) -> None:
+    """Beside a closed form alone, a plug-in that served 98 % lost to 60 %, for microseconds."""
+    cells = []
+    for method, us, share in zip(("clip", "mine"), (2, 60), served, strict=True):
+        cell = steady(method, us, exact=False)
+        assert cell.judged is not None
+        judged = replace(cell.judged, missed_max=1.0 - share, loss={"within_1pct_share": 0.8 * share})
+        cells.append(replace(cell, judged=judged))
+    problem = replace(made_up.problem("ukwial"), labels={"active": 8, "infeasible": 2})
+    assert re.search(taken, said(tmp_path, 100, problem, *cells))
 
 
 def test_where_nothing_fits_the_sentence_says_by_how_much(tmp_path: Path) -> None:

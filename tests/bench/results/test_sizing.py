@@ -232,3 +232,19 @@ def test_of_what_takes_as_long_c_of_the_vehicle_s_own_comes_before_a_library_for
     described = Method(name="scaled@native", twin="scaled", formulation="hard", foreign=True)
     run = read_run(made_up.record(tmp_path, made_up.header(), described, native, library))
     assert labels(sizes(run, Loop(50))) == ["scaled@native", "scaled@library"]
+
+
+def test_of_rules_as_quick_the_one_that_misses_less_comes_first(tmp_path: Path) -> None:
+    """Noise chose between a rule that lost 4 % of a log and one that lost 10 %."""
+    cells = []
+    for method, us, served in (("shrink", 2.3, 0.91), ("clip", 2.6, 0.96)):
+        cell = steady(method, us, exact=False)
+        assert cell.judged is not None
+        judged = replace(cell.judged, missed_max=0.1, loss={"within_1pct_share": served})
+        cells.append(replace(cell, judged=judged))
+    run = read_run(made_up.record(tmp_path, made_up.header(), made_up.problem("ukwial"), *cells))
+    sized = sizes(run, HUNDRED_HZ)
+    assert [(size.label, size.missing, size.tenths) for size in sized] == [
+        ("clip", pytest.approx(0.04), 1),
+        ("shrink", pytest.approx(0.09), 1),
+    ]
