@@ -59,6 +59,7 @@ class Rounded(NamedTuple):
     status: StatusArray
 
 
+@np.errstate(invalid="ignore")  # a board's log may hold thrusts of any bits; a comparison with NaN is false
 def agreement(
     kernel: Kernel, demands: DemandSet, counted: CallCounts, *, as_promised: bool = False
 ) -> Agreement:

@@ -188,6 +188,17 @@ def test_shares_that_the_thrusts_do_not_deliver_are_wrong(leveled: bytes, tmp_pa
     assert any("shares of its levels that its thrusts do not deliver" in line for line in kept.said)
 
 
+def test_a_thrust_that_is_no_number_is_said_in_a_line_and_nothing_else(log: bytes, tmp_path: Path) -> None:
+    """numpy warned of it too, with lines of this project's source."""
+    lines = opened(log)
+    at = next(i for i, line in enumerate(lines) if line.startswith(b"f ") and b"7ff8" not in line)
+    lines[at] = b" ".join([*lines[at].split()[:-4], *([b"7ff0000000000000"] * 4)])
+    (tmp_path / "LOG").write_bytes(sealed(lines))
+    kept = keep(tmp_path / "LOG", tmp_path / "run")
+    assert not kept.good
+    assert any("NaN or infinity although it says SOLVED" in line for line in kept.said)
+
+
 def test_a_log_of_one_function_for_all_faults_says_so_and_its_answers_are_judged(tmp_path: Path) -> None:
     vehicle = load_vehicle("ukwial")
     asked = plan(vehicle, (*METHODS, "walsh@native"), SETS[:1], "double", "fixed", 5, 3, "all")
