@@ -111,9 +111,9 @@ def _rows(of: EscCode) -> str:
     rows: list[str] = []
     for i in range(4 * CASES):
         f = rng.uniform(-1.0, 1.0, vehicle.n) * SHARES[i % 3] * vehicle.f_scale
-        volts = real(
-            low if low == high else rng.uniform(low - 1.0, high + 1.0) if i % 4 else (low, high)[i // 4 % 2]
-        )
+        # The ends of the table are the same literals in C, and lie within it: rounded, 14.8 V lies beyond.
+        between = float(real(rng.uniform(low - 1.0, high + 1.0)))
+        volts = between if i % 4 and low != high else (low, high)[i // 4 % 2]
         f_min, f_max = vehicle.f_min, vehicle.f_max
         if of.limits == "call":
             f_min, f_max = np.sort(rng.uniform(-1.0, 1.0, (2, vehicle.n)) * vehicle.f_scale, axis=0)
@@ -121,17 +121,17 @@ def _rows(of: EscCode) -> str:
             f_min, f_max = (np.where(around, s * np.abs(side), side) for s, side in ((-1, f_min), (1, f_max)))
         if i % 8 == 4:  # cut at limits, as allocators do, of a measured voltage
             if of.limits == "call":
-                f_min, f_max = _ends(vehicle, float(volts))
+                f_min, f_max = _ends(vehicle, volts)
             f = np.where(rng.random(vehicle.n) < AT_LIMITS, np.where(f < 0, f_min, f_max), f)
         if i % 16 == 15:
             f[rng.integers(vehicle.n)] = (np.nan, np.inf, -np.inf)[i // 16 % 3]
         call = [side.astype(real).astype(np.float64) for side in (f, f_min, f_max)]
-        sent = _decided(of, call, float(volts))
+        sent = _decided(of, call, volts)
         if sent is None:
             continue
         ends = [listed(side, of.scalar) for side in call[1:]] if of.limits == "call" else []
         u = ", ".join(of(x) if of.command == of.scalar else str(x) for x in sent.u.tolist())
-        parts = [str(status_of(sent)), of(float(volts)), listed(call[0], of.scalar), *ends]
+        parts = [str(status_of(sent)), of(volts), listed(call[0], of.scalar), *ends]
         rows.append(f"    {{{', '.join([*parts, f'{{{u}}}', listed(sent.f, of.scalar)])}}},")
         if len(rows) == CASES:
             break

@@ -28,6 +28,8 @@ KINDS = {
     "DShot 3D in steps": {"neutral": 0, "range": [-3200, 3200], "step": 8, "curve": WIDE},
     "a share of full power": {"neutral": 0, "range": [-1, 1], "step": 0.01},
     "RPM beyond 16 bits": {"neutral": 0, "range": [-60000, 60000], "step": 10},
+    "a voltage that is no binary fraction": {**USUAL, "curve": {"14.8": AT_16}},
+    "two that are none": {**USUAL, "curve": {"11.1": CURVE["12"], "14.8": AT_16}, "volts": 14.8},
     "ahead only, flat at its end": {"neutral": 1000, "range": [1000, 2000], "curve": AHEAD},
     "each another": [USUAL, ONE, OTHER, {**OTHER, "reversed": True}],
 }
