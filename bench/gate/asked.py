@@ -26,8 +26,8 @@ alone, is among 3,000 of them with a probability of 1 - 0.999^3000 = 95 %; of al
 EDGES = 500
 """The same, of demands on vertices, edges and faces of what the vehicle can do, shortened and lengthened."""
 
-MOVING = {"jolts": 3000}
-"""The same, of demands that come with limits of their own."""
+MIXED, MOVING, JOLTS = "gate", "limits of each call", 3000
+"""Names of the set of all kinds, and of one whose demands come with limits of their own, and of how many."""
 
 ALONE, ONE_SIDE = ("f_min alone", "f_max alone"), 100
 """Names of the sets in which calls give limits of one side, and how many of ``MOVING`` each has."""
@@ -74,7 +74,7 @@ def demand_sets(vehicle: Vehicle) -> list[DemandSet]:
     mixed[again] = mixed[again - 1]
     sizes = [size * mixed[i :: ONE_IN * len(SIZES)] for i, size in enumerate(SIZES)]
     mixed = np.vstack([along_axes(vehicle, AXES), mixed])
-    moving = [build_demands(name, vehicle, SEED, n) for name, n in MOVING.items()]
+    moving = [replace(build_demands("jolts", vehicle, SEED, JOLTS), name=MOVING)]
     for name, *sides in ((ALONE[0], moving[0].f_min, None), (ALONE[1], None, moving[0].f_max)):
         low, high = (None if side is None else side[:ONE_SIDE] for side in sides)
         moving.append(labelled(name, vehicle, moving[0].taus[:ONE_SIDE], low, high))
@@ -83,7 +83,7 @@ def demand_sets(vehicle: Vehicle) -> list[DemandSet]:
     both = [_within(f"thruster {i} off, limits of each call", off, 0.5) for i, off in states.items()]
     other = labelled(RESIZED, vehicle, np.vstack(sizes))
     wider = _within(WIDER, vehicle, 2.0)
-    return [labelled("gate", vehicle, mixed), *moving, *failed, *both, *_worse(vehicle), other, wider]
+    return [labelled(MIXED, vehicle, mixed), *moving, *failed, *both, *_worse(vehicle), other, wider]
 
 
 def _worse(vehicle: Vehicle) -> Iterator[DemandSet]:

@@ -9,7 +9,7 @@ import numpy as np
 from alloc import Label, Status
 from bench.gate.answers import SideAnswers, answered, answered_early, cut, differ, first, useless, wrong
 from bench.gate.ask_forms import ask_forms, one_of, wrong_forms
-from bench.gate.asked import ALONE, NEARLY, RESIZED, WIDER, nearly_symmetric
+from bench.gate.asked import MIXED, NEARLY, nearly_symmetric
 from bench.gate.prober import Prober
 from bench.gate.record import GateCell
 from bench.judging.question import Question
@@ -169,9 +169,9 @@ def _answers_otherwise(side: Prober, cell: GateCell, question: Question, before:
 
 
 def _when(question: Question, what: str) -> str:
-    """What was found, and where: given what, with which thruster off, or on the nearly symmetric vehicle."""
-    other = question.demands.name in (NEARLY, RESIZED, WIDER, *ALONE) or question.demands.vehicle.whole
-    return f"{question.demands.name}: {what}" if what and other else what
+    """What was found, and of which demands, but for those of all kinds: failures, limits, a vehicle."""
+    name = question.demands.name
+    return f"{name}: {what}" if what and name != MIXED else what
 
 
 def _at_once(

@@ -126,7 +126,7 @@ def untimed(header: Sequence[str], units: Sequence[str]) -> str:
     """The first column that would be the time if its unit were one, with that; empty where there is none."""
     for i, name in enumerate(header):
         match = _UNIT.fullmatch(name)
-        unit = _unit_of(name, units, i)
+        unit = unit_of(name, units, i)
         if unit and says(match["name"] if match else name, TIME) and factor_to(TIME, unit) is None:
             return name if match else f"{name} [{unit}]"
     return ""
@@ -147,7 +147,7 @@ def _named(place: str, header: Sequence[str], units: Sequence[str], quantity: st
     for i, name in enumerate(header):
         below = ""
         if name == wanted:
-            unit, below = _unit_of(name, units, i) or _spelt(name, quantity), _below(name, units, i)
+            unit, below = unit_of(name, units, i) or _spelt(name, quantity), _below(name, units, i)
             factor = factor_to(quantity, unit)
             if quantity == TIME:
                 factor = factor or SELF_UNIT.get(name.lower())
@@ -176,7 +176,7 @@ def _meant(name: str, units: Sequence[str], index: int, quantity: str) -> Column
             return None if factor is None else Column(index, name, factor)
     if not says(name, quantity):
         return None
-    unit = _unit_of(name, units, index)
+    unit = unit_of(name, units, index)
     factor = factor_to(quantity, unit)
     if quantity == TIME and not unit:
         return Column(index, name, SELF_UNIT.get(name.lower(), 1.0 if name == TIME else None))
@@ -216,7 +216,8 @@ def _spelt(name: str, quantity: str) -> str:
     return ""
 
 
-def _unit_of(name: str, units: Sequence[str], index: int) -> str:
+def unit_of(name: str, units: Sequence[str], index: int) -> str:
+    """The unit of a column, in brackets behind its name or on a line below; empty where there is none."""
     match = _UNIT.fullmatch(name)
     return match["unit"] if match else _below(name, units, index)
 

@@ -3,14 +3,14 @@
 import csv
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 
 from alloc.errors import FileError
 from alloc.files.textfile import read_text
-from bench.inputs.columns import Column
+from bench.inputs.columns import VOLTS, Column
 from bench.inputs.csv_text import is_number
 from bench.inputs.frames import frame_in
 from bench.inputs.units import FORCE, MOMENT, SECONDS, TIME
@@ -86,6 +86,8 @@ class Cells:
             text = text.replace(",", ".")
         if not is_number(text):
             other = ", a date as 2024-05-01T12:00:00.02, or t another name" if column == TIME else ""
+            if column == VOLTS and is_blank([text]):
+                other = "; fill in that of the row before"
             why = f"{column} is {text[:40]!r}; give a finite number such as -12.5 or 1e-5{other}"
             raise self.refused(line, why)
         value = float(text)
@@ -96,6 +98,11 @@ class Cells:
     def refused(self, line: int, why: str) -> FileError:
         """The error that names file and line."""
         return FileError(why, path=self.path, line=line)
+
+
+def is_blank(cells: Iterable[str]) -> bool:
+    """Whether cells hold no number: they are empty, or NaN, which tools that merge logs fill in."""
+    return all(cell.strip().lower() in ("", "nan") for cell in cells)
 
 
 def read_table(path: Path) -> Cells:

@@ -13,7 +13,7 @@ from alloc.errors import DemandError
 from alloc.vehicle import LARGEST
 from bench.inputs.columns import VOLTS, Column, assign
 from bench.inputs.csv_text import csv_text, is_number
-from bench.inputs.delimited import read_table
+from bench.inputs.delimited import is_blank, read_table
 from bench.inputs.frames import frame_comment, id_column, ids_of, of_table
 from bench.inputs.log_limits import like_volts, limit_columns
 from bench.inputs.understood import like_angles, understood, without_time
@@ -100,8 +100,7 @@ def read_demands(
             raise DemandError(
                 f"{path}: line {line}: {len(row)} cells under {len(table.header)} columns; give one a column"
             )
-        # A line of another sensor, which tools that merge logs fill with NaN.
-        if all(row[found[axis].place].strip().lower() in ("", "nan") for axis in dof):
+        if is_blank(row[found[axis].place] for axis in dof):  # a line of another sensor
             blank += 1
             continue
         lines.append(line)

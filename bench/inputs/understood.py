@@ -6,13 +6,15 @@ from pathlib import Path
 
 from alloc.vehicle.geometry import DOF, MOMENTS
 from bench.inputs.column_names import DURATION, words_of
-from bench.inputs.columns import VOLTS, Column, listed, maybe_angle, untimed
+from bench.inputs.columns import VOLTS, Column, listed, maybe_angle, unit_of, untimed
 from bench.inputs.delimited import NAMES, Cells
 from bench.inputs.units import SECONDS, TIME
 
 SHOWN = 6
 """Most columns of limits, and left out ones, that are named."""
-_TIME = re.compile(r"time(?!out)|stamp|clock", re.IGNORECASE)
+_TIME = re.compile(r"time(?!out)|stamp|clock|zeit", re.IGNORECASE)
+_OF_ROWS = ("s", "sec", "ms", "msec")
+"""Units that a row's time has; commands of ESCs are in µs."""
 
 
 def understood(
@@ -74,8 +76,9 @@ def without_time(path: Path, table: Cells, found: Mapping[str, Column]) -> str:
     """A doubt about a log without times, where a column may be these under a name that is not known."""
     if TIME in found or untimed(table.header, table.units):
         return ""
-    for name in table.header:
-        if _TIME.search(name) and not DURATION & set(words_of(name)):
+    for i, name in enumerate(table.header):
+        may_be = _TIME.search(name) or unit_of(name, table.units, i) in _OF_ROWS
+        if may_be and not DURATION & set(words_of(name)):
             return (
                 f"{path.name}: no column is taken for times; if {name[:40]!r} has these,"
                 f" --columns 't={name[:40]}', with its unit, as [ms], where the name lacks one"

@@ -156,9 +156,13 @@ def served(run: Run, rows: list[Row]) -> list[float]:
 
 
 def missed(rows: list[Row]) -> str:
-    """The largest share of an attainable wrench that is not delivered, in per cent; empty where not known."""
+    """The largest share of an attainable wrench that is not delivered, in per cent; empty where not known.
+
+    That is also where a method failed on some of a vehicle's demands and was measured on others.
+    """
     worst = largest_miss(rows)
-    if worst is None:
+    failed, measured = ({row.vehicle for row in rows if bool(row.failed) == is_so} for is_so in (True, False))
+    if worst is None or failed & measured:
         return ""
     # Two digits; .2g alone would write 100 with an exponent.
     return f"{float(f'{100 * worst:.2g}'):g}%" if worst > WRENCH_TOLERANCE else "0%"

@@ -9,7 +9,7 @@ from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from bench.inputs.columns import VOLTS, Column, assign
-from bench.inputs.delimited import TABLES, read_table
+from bench.inputs.delimited import TABLES, is_blank, read_table
 from bench.inputs.demand_csv import seconds
 from bench.inputs.frames import id_column, ids_of, of_table
 from bench.inputs.log_limits import like_volts, limit_columns
@@ -29,8 +29,8 @@ REST = "t, nanoseconds"
 def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None) -> Outputs:
     """Columns ``u0``, ``u1``, … and, where there are such, times, ``volts`` and demands, named as in any log.
 
-    A row whose cells of demands are all empty has commands and no demand. ``columns`` are names that the
-    header does not tell, as of any log.
+    A row whose cells of demands are all empty, or NaN, has commands and no demand; one without commands is
+    left out. ``columns`` are names that the header does not tell, as of any log.
     """
     given = columns or {}
     table = read_table(path)
@@ -55,14 +55,17 @@ def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None)
         places[REST] = rest
     named = tuple(found[axis].name for axis in asked)
     id_at, ids = id_column(table.header, named), set[str]()
-    rows = []
+    rows, blank = [], 0
     for line, cells in table.rows:
         if len(cells) != len(table.header):
             raise table.refused(
                 line, f"has {len(cells)} cells under {len(table.header)} columns; mend that row"
             )
+        if is_blank(cells[places[name]] for name in names):
+            blank += 1
+            continue
         ids |= ids_of(cells, id_at)
-        unasked = set(asked) if not any(cells[places[axis]].strip() for axis in asked) else set()
+        unasked = set(asked) if is_blank(cells[places[axis]] for axis in asked) else set()
         rows.append(
             [
                 np.nan if name in unasked else table.number(line, name, cells[at], LARGEST)
@@ -77,6 +80,8 @@ def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None)
         raise DemandError(f"{path}: times in {found[TIME].name[:40]!r} go back; sort the rows")
     said = understood(path, table, found, volts, unit, also={*commands, id_at}) or path.name
     said += f"{';' if ': ' in said else ':'} {names[0]} … {names[-1]} are the commands"
+    if blank:
+        said += f"; {blank} rows without commands"
     if angles:
         kept = ",".join(f"{axis}={name}" for axis, name in angles.items())
         said += f"; {', '.join(angles.values())} without a force may be attitude; --columns '{kept}' if N m"

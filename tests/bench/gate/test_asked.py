@@ -18,6 +18,7 @@ from bench.gate.asked import (
     EDGES,
     FAILED,
     FAILED_AXES,
+    JOLTS,
     LOOKED_AT,
     MOVING,
     ONE_SIDE,
@@ -57,7 +58,7 @@ def test_each_kind_is_asked_and_with_limits_of_its_own_and_with_each_thruster_of
     assert counts[Label.BOUNDARY] >= LOOKED_AT["boundary"] + EDGES / 8
     assert (np.abs(mixed.alpha - 1.0) < 1e-12).sum() > EDGES / 8
     assert moving.f_min is not None
-    assert len(moving.f_min) == MOVING["jolts"]
+    assert len(moving.f_min) == JOLTS
     assert (lower.f_max == vehicle.f_max).all()
     assert (upper.f_min == vehicle.f_min).all()
     assert len(lower.taus) == len(upper.taus) == ONE_SIDE
@@ -160,5 +161,5 @@ def test_limits_of_one_side_are_given_alone(
     here.orders.own["cell"] = vehicle.f_min, vehicle.f_max
     here.promises = PROMISES
     side, cell = cast("Prober", here), GateCell(vehicle="ukwial", method="mine")
-    assert asked.demands.name == (says or "jolts")
+    assert asked.demands.name == (says or MOVING)
     assert ("a limit is violated" in wrong(asked, answered(side, cell, asked))) == bool(says)

@@ -383,7 +383,10 @@ def test_times_since_start_and_of_mavlink_are_read(file: Path, name: str, step: 
 
 @pytest.mark.parametrize(
     ("name", "doubted"),
-    [("clock of the log", True), ("autopilotTime", True), ("solve time", False), ("timeout", False)],
+    [
+        *(("clock of the log", True), ("autopilotTime", True), ("Zeit", True)),
+        *(("solve time", False), ("timeout", False)),
+    ],
 )
 def test_what_may_be_a_time_and_is_not_taken_for_it_is_said_with_the_remedy(
     file: Path, name: str, doubted: bool
@@ -394,6 +397,16 @@ def test_what_may_be_a_time_and_is_not_taken_for_it_is_said_with_the_remedy(
     times = read_demands(file, DOF, parse_columns(f"t={name} [ms]")).t
     assert times is not None
     assert times == pytest.approx([0, 0.02])
+
+
+@pytest.mark.parametrize(
+    ("name", "doubted"),
+    [("Sekunden [s]", True), ("tick (ms)", True), ("latency [ms]", False), ("servo [us]", False)],
+)
+def test_a_column_whose_unit_is_a_time_s_may_be_the_time(file: Path, name: str, doubted: bool) -> None:
+    written(file, f"surge,sway,yaw,{name}\n1,2,3,0\n1,2,4,20\n")
+    assert (f"--columns 't={name}'" in read_demands(file, DOF).doubt) == doubted
+    assert read_demands(file, DOF, parse_columns(f"t={name}")).t is not None
 
 
 def test_a_clock_in_a_table_with_decimal_commas_is_told_what_a_time_may_be(file: Path) -> None:

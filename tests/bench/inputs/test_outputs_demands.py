@@ -58,6 +58,33 @@ def test_demands_named_as_in_ros_are_doubted_as_in_a_log_of_demands_until_a_fram
     assert "frame flu (--frame)" in told_so.stderr
 
 
+@pytest.mark.parametrize("none", ["", "NaN", " nan "])
+def test_rows_of_logs_that_were_merged_have_commands_a_demand_or_both(none: str, tmp_path: Path) -> None:
+    """NaN was refused with the remedy to write a number, and a 0 there is a demand that nobody made."""
+    file = tmp_path / "merged.csv"
+    commands, nothing = ",".join(["1600"] * 8), ",".join([none] * 8)
+    rows = [f"0,{commands},1,2", f"1,{commands},{none},{none}", f"2,{nothing},3,4", f"3,{commands},5,6"]
+    file.write_text("\n".join(["t,u0,u1,u2,u3,u4,u5,u6,u7,surge,yaw", *rows]))
+    outputs = read_outputs(file, VEHICLE)
+    assert outputs.t is not None
+    assert outputs.taus is not None
+    assert outputs.t.tolist() == [0, 1, 3]
+    assert outputs.u.tolist() == [[1600] * 8] * 3
+    np.testing.assert_array_equal(outputs.taus[:, 0], [1, np.nan, 5])
+    assert "; 1 rows without commands" in outputs.said
+    file.write_text(file.read_text().replace("2,", f"2,1600{none},", 1))
+    with pytest.raises(AllocError, match=r"merged\.csv: line"):
+        read_outputs(file, VEHICLE)
+
+
+def test_a_row_without_the_battery_s_voltage_says_how_to_fill_it_in(tmp_path: Path) -> None:
+    file = tmp_path / "merged.csv"
+    for none in ("", "NaN"):
+        file.write_text(f"surge,sway,heave,roll,pitch,yaw,volts\n1,2,3,0,0,1,16\n1,2,3,0,0,1,{none}\n")
+        with pytest.raises(AllocError, match=r"line 3: volts is .*; fill in that of the row before"):
+            read_log(file, VEHICLE.dof)
+
+
 def test_a_frame_of_a_log_without_demands_and_one_that_is_none_are_refused(tmp_path: Path) -> None:
     file = tmp_path / "u.csv"
     file.write_text("u0,u1,u2,u3,u4,u5,u6,u7\n" + "1500," * 7 + "1500\n")

@@ -93,6 +93,17 @@ def test_a_demand_without_thrusts_loses_its_whole_wrench(tmp_path: Path) -> None
     assert missed(list(run.rows)) == "100%"
 
 
+def test_a_method_that_failed_on_a_set_is_not_said_to_miss_nothing_of_the_others(tmp_path: Path) -> None:
+    """A rule that raised beyond its limits had a 0 % there, of demands within them."""
+    failed = msgspec.structs.replace(on("active", "rule", 0.0, 0.0), status="failed", judged=None)
+    elsewhere = msgspec.structs.replace(failed, key=Key("other", "active", "rule"))
+    inside = on("inactive", "rule", 0.0, 1.0)
+    for lines, said in (((inside, failed), ""), ((inside, elsewhere), "0%")):
+        folder = tmp_path / f"{len(said)}"
+        folder.mkdir()
+        assert missed(list(read_run(record(folder, header(), *lines)).rows)) == said
+
+
 def test_a_loss_of_rounding_is_shown_as_zero(tmp_path: Path) -> None:
     run = read_run(record(tmp_path, header(), on("active", "nullspace", 1e-15, 1.0)))
     assert missed(list(run.rows)) == "0%"
