@@ -116,12 +116,14 @@ def read_log(
     if options.columns:
         raise DemandError(f"{path}: has no columns; --columns is for tables, leave it out")
     log: Log = module.read(path, topic)
-    t, taus, left_out = _checked(path, log, dof)
+    t, taus, left_out, blank = _checked(path, log, dof)
     given, why = frame_of(path, options.frame, log.frame, log.why, frame)
     taus, turning = met(taus, dof, given, why, frame)
     said = f"{path.name}: {turning}{log.odd}"
     if left_out:
         said += f"; left out: {', '.join(left_out)}, which the vehicle does not have"
+    if blank:
+        said += f"; {blank} rows without a demand"
     doubt = "" if options.frame else log.framed
     shares = log.shares and not options.scale
     return Demanded(t, _scaled(taus, dof, options.scale), said, doubt=doubt, shares=shares)
@@ -178,18 +180,23 @@ def _scaled(taus: FloatArray, dof: tuple[str, ...], scale: tuple[float, ...]) ->
     return taus * np.array(scale) if scale else taus
 
 
-def _checked(path: Path, log: Log, dof: tuple[str, ...]) -> tuple[FloatArray, FloatArray, list[str]]:
-    """Times, demands on the axes of ``dof``, and the other axes that were asked for something."""
-    if not len(log.t):
-        raise DemandError(f"{path}: holds no demands; record the demanded wrench")
+def _checked(path: Path, log: Log, dof: tuple[str, ...]) -> tuple[FloatArray, FloatArray, list[str], int]:
+    """Times, demands on the axes of ``dof``, other axes that were asked for something, rows that are all NaN.
+
+    These, as before a controller runs, are no demands in a table either, and left out.
+    """
     order = in_order(path, log.t)  # messages may arrive late
     t, taus = log.t[order], log.taus[order]
     asked = np.nan_to_num(taus)
     left_out = [axis for axis, some in zip(DOF, asked.T, strict=True) if some.any() and axis not in dof]
     taus = taus[:, [DOF.index(axis) for axis in dof]]
+    given = ~np.isnan(taus).all(axis=1)
+    if not given.any():
+        raise DemandError(f"{path}: holds no demands; record the demanded wrench")
+    t, taus = t[given] - t[given][0], taus[given]
     bad = np.flatnonzero(~(np.abs(taus) <= LARGEST).all(axis=1))
     if bad.size:
         raise DemandError(
             f"{path}: the wrench at t = {t[bad[0]]:.3f} s is not finite, or above {LARGEST:g}; cut it out"
         )
-    return t, taus, left_out
+    return t, taus, left_out, int(np.count_nonzero(~given))

@@ -202,6 +202,20 @@ def test_a_wrench_that_is_not_finite_is_refused_with_its_time(
         read_log(write_ulog(tmp_path, t, taus), PLANAR)
 
 
+def test_rows_that_are_all_nan_are_no_demands_as_in_a_table(tmp_path: Path) -> None:
+    """Nobody can cut what came before the controller ran out of a ULog, as the remedy said."""
+    pytest.importorskip("pyulog", reason="the extra px4")
+    t, taus = np.arange(8) * 0.5, np.ones((8, 6))
+    taus[[0, 1, 5]] = np.nan
+    log = read_log(write_ulog(tmp_path, t, taus), DOF)
+    assert log.t is not None
+    assert log.t.tolist() == [0, 0.5, 1, 2, 2.5]
+    assert log.taus.tolist() == np.ones((5, 6)).tolist()
+    assert "3 rows without a demand" in log.said
+    with pytest.raises(DemandError, match="holds no demands"):
+        read_log(write_ulog(tmp_path, t, np.full((8, 6), np.nan)), DOF)
+
+
 @pytest.mark.parametrize("kind", ["ros1", "ros2", "mcap", "ulog"])
 def test_a_damaged_log_is_read_in_part_or_refused_in_one_line(
     kind: str, tmp_path: Path, demands: tuple[FloatArray, FloatArray], rng: np.random.Generator
