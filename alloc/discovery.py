@@ -164,7 +164,10 @@ def load_plugin(path: Path) -> Entry:
         raise
     except BaseException as error:  # SystemExit too: a file that calls sys.exit must not end this process
         del sys.modules[spec.name]
-        raise UnknownName(f"{path}: can't be imported ({type(error).__name__}: {error}); mend it") from error
+        remedy = "mend it"
+        if isinstance(error, ImportError):
+            remedy += ", or put the folder of that module on sys.path in it"
+        raise UnknownName(f"{path}: can't be imported ({type(error).__name__}: {error}); {remedy}") from error
     check_declared(path, module)
     _refuse_method(path, getattr(module, "FORMULATION", None) or "")
     if hasattr(module, "variants"):

@@ -189,7 +189,7 @@ def _on_limits(vehicle: Vehicle, i: int) -> Iterator[tuple[Level, str, str]]:
                 f"{said:g} N is {which} the {end:.4g} N of the curve{'' if bare else f' at {volts:g} V'}"
             )
             if any(abs(factor * unit - 1) <= 5 * APART for unit in (GRAVITY, 1 / GRAVITY)):
-                yield "warning", key, f"{numbers}, by a factor of {GRAVITY:g}; is one of them in kgf?"
+                yield "warning", key, f"{numbers}, by a factor of about {GRAVITY:.3g}; is one of them in kgf?"
             elif factor > 1:
                 yield "note", key, f"{numbers}: the ESC can't give it there"
             else:

@@ -158,7 +158,7 @@ def as_text(made: Delivered, outputs: Outputs, vehicle: Vehicle) -> str:
         )
         lines.append((vehicle.called(i), shares))
     if (undone := made.undone) is None:
-        lines.append(("left undone", "not known: the log has no demands"))
+        lines.append(("left undone", "not known: no row has commands and a demand"))
     else:
         if not np.isnan(undone.attainable):
             lines.append(("demands that could be met", f"{100 * undone.attainable:.2f} %"))

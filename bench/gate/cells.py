@@ -47,7 +47,8 @@ def among(vehicles: Sequence[str], patterns: Sequence[str]) -> list[str]:
         if not fitting:
             named = " --vehicle ".join(vehicles)
             raise UnknownName(
-                f"--cells {pattern}: is for none of --vehicle {named}; leave one of the two out"
+                f"--cells {pattern}: is for none of --vehicle {named}; leave one of the two out, or write"
+                " '*:METHOD'"
             )
         found += [f"{escape(name)}:{rest or '*'}" for name in fitting]
     return found

@@ -45,6 +45,11 @@ MOTION = {
     *("vel", "velocity", "speed", "rate", "gyro", "acc", "accel", "acceleration", "deg", "rad"),
 }
 """Words before a DOF's own name by which it is no wrench; a torque is one, whatever stands before it."""
+SEEN = {
+    *("meas", "measured", "est", "estimated", "act", "state", "obs", "observed", "filtered", "raw"),
+    *("fb", "feedback", "ff", "feedforward", "p", "i", "integral", "integrator"),
+}
+"""Words beside a DOF's name that make it what was seen of it, or a part of the demand."""
 TAU = {"roll": "taux", "pitch": "tauy", "yaw": "tauz"}
 TORQUE = {"tau", "torque", "moment"}
 _DASH = r"[\u2010-\u2015\ufe58\ufe63\uff0d-]"
@@ -63,6 +68,17 @@ def says(name: str, quantity: str) -> bool:
         return not DURATION & set(words[:-1])
     another = OTHER | MOTION if words[-1] == quantity else OTHER
     return not ("%" in name or another & set(words[:-1]))
+
+
+def may_be_meant(name: str, taken: str) -> bool:
+    """Whether a column may have the demand in place of the one taken: ``yaw_target`` beside ``yaw``.
+
+    Not where the latter's own name says that it is a demand, as ``yaw_cmd``.
+    """
+    own, words = words_of(taken), words_of(name)
+    more = set(words) - set(own)
+    bare = own == [word for word in re.split(r"[^a-z0-9]+", taken.lower()) if word]
+    return bare and set(own) < set(words) and not more & (OTHER | MOTION | SEEN)
 
 
 def words_of(name: str) -> list[str]:

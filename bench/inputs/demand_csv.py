@@ -16,7 +16,7 @@ from bench.inputs.csv_text import csv_text, is_number
 from bench.inputs.delimited import is_blank, read_table
 from bench.inputs.frames import frame_comment, id_column, ids_of, of_table
 from bench.inputs.log_limits import like_volts, limit_columns
-from bench.inputs.understood import like_angles, understood, without_time
+from bench.inputs.understood import like_angles, passed_over, understood, without_time
 from bench.inputs.units import SECONDS, TIME
 
 LATEST = 1e20
@@ -123,6 +123,7 @@ def read_demands(
     by_name = {name: values[:, len(found) + i] for i, name in enumerate(limits)}
     unread = like_volts(table.header) if by_volts and VOLTS not in limits else ""
     doubts = (
+        passed_over(path, table, found, given, limits.values()),
         like_angles(path, found, given),
         without_time(path, table, found),
         _still(path, times) or _doubled(path, times, values),

@@ -5,7 +5,7 @@ from collections.abc import Container, Mapping
 from pathlib import Path
 
 from alloc.vehicle.geometry import DOF, MOMENTS
-from bench.inputs.column_names import DURATION, words_of
+from bench.inputs.column_names import DURATION, may_be_meant, words_of
 from bench.inputs.columns import VOLTS, Column, listed, maybe_angle, unit_of, untimed
 from bench.inputs.delimited import NAMES, Cells
 from bench.inputs.units import SECONDS, TIME
@@ -62,7 +62,9 @@ def understood(
     if others:
         parts.append(f"left out: {listed(others, SHOWN)}")
     if TIME not in found and (other := untimed(table.header, table.units)):
-        parts.append(f"no time: the unit of {other[:40]!r} is none of {', '.join(SECONDS)}")
+        why = f"the unit of {other[:40]!r} is none of {', '.join(SECONDS)}"
+        remedy = f"; if it has dates, --columns 't={other[:40]}'" if other in table.header else ""
+        parts.append(f"no time: {why}{remedy}")
     if blank:
         parts.append(f"{blank} rows without a demand")
     if table.separator != ",":
@@ -84,6 +86,28 @@ def without_time(path: Path, table: Cells, found: Mapping[str, Column]) -> str:
                 f" --columns 't={name[:40]}', with its unit, as [ms], where the name lacks one"
             )
     return ""
+
+
+def passed_over(
+    path: Path, table: Cells, found: Mapping[str, Column], given: Container[str], taken: Container[int]
+) -> str:
+    """A doubt about bare names, as ``yaw``, beside which a column is left out that may be the demand.
+
+    ``taken`` are the places of further columns that are taken, ``given`` the quantities that the user names.
+    """
+    places = {column.place for column in found.values()}
+    others = [name for i, name in enumerate(table.header) if i not in places and i not in taken]
+    beside = {
+        axis: (column.name, other)
+        for axis, column in found.items()
+        if axis in DOF and axis not in given
+        if (other := next((name for name in others if may_be_meant(name, column.name)), ""))
+    }
+    if not beside:
+        return ""
+    own, meant = (listed([pair[i] for pair in beside.values()], len(DOF)) for i in (0, 1))
+    wanted = ",".join(f"{axis}={other}" for axis, (_, other) in beside.items())
+    return f"{path.name}: {own} taken, {meant} left out; --columns '{wanted}' if that is the demand"
 
 
 def attitude(found: Mapping[str, Column], given: Container[str]) -> dict[str, str]:

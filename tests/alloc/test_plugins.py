@@ -241,6 +241,10 @@ def test_a_function_that_takes_no_limits_is_not_asked_to_keep_those_of_a_call(tm
 @pytest.mark.parametrize(
     ("text", "says"),
     [
+        (
+            "import no_such_one\n",
+            r"mine.py: can't be imported .*; mend it, or put the folder of that module on",
+        ),
         ("class Odd(BaseException): pass\nraise Odd\n", r"mine.py: can't be imported \(Odd"),
         ("def build(vehicle):\n    return 3\n", r"mine.py: build\(vehicle\) gave int; return a function"),
         ("def build(vehicle):\n    pass\n", r"mine.py: build\(vehicle\) gave NoneType; return a function"),

@@ -14,7 +14,7 @@ from bench.inputs.demand_csv import seconds
 from bench.inputs.frames import id_column, ids_of, of_table
 from bench.inputs.log_limits import like_volts, limit_columns
 from bench.inputs.outputs import Outputs
-from bench.inputs.understood import attitude, like_angles, understood, without_time
+from bench.inputs.understood import attitude, like_angles, passed_over, understood, without_time
 from bench.inputs.units import TIME
 
 SUFFIXES = TABLES
@@ -55,7 +55,7 @@ def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None)
         places[REST] = rest
     named = tuple(found[axis].name for axis in asked)
     id_at, ids = id_column(table.header, named), set[str]()
-    rows, blank = [], 0
+    rows, blank, alone = [], 0, 0
     for line, cells in table.rows:
         if len(cells) != len(table.header):
             raise table.refused(
@@ -63,6 +63,7 @@ def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None)
             )
         if is_blank(cells[places[name]] for name in names):
             blank += 1
+            alone += not is_blank(cells[places[axis]] for axis in asked)
             continue
         ids |= ids_of(cells, id_at)
         unasked = set(asked) if is_blank(cells[places[axis]] for axis in asked) else set()
@@ -82,6 +83,8 @@ def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None)
     said += f"{';' if ': ' in said else ':'} {names[0]} … {names[-1]} are the commands"
     if blank:
         said += f"; {blank} rows without commands"
+    if alone:
+        said += f", {alone} of them with demands, which are not compared: fill commands forward"
     if angles:
         kept = ",".join(f"{axis}={name}" for axis, name in angles.items())
         said += f"; {', '.join(angles.values())} without a force may be attitude; --columns '{kept}' if N m"
@@ -98,7 +101,9 @@ def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None)
         why=why,
         framed=framed,
         named=named,
-        doubt=like_angles(path, found, given) or without_time(path, table, found),
+        doubt=passed_over(path, table, found, given, places.values())
+        or like_angles(path, found, given)
+        or without_time(path, table, found),
     )
 
 

@@ -409,6 +409,41 @@ def test_a_column_whose_unit_is_a_time_s_may_be_the_time(file: Path, name: str, 
     assert read_demands(file, DOF, parse_columns(f"t={name}")).t is not None
 
 
+def test_dates_under_a_name_with_their_clock_are_read_as_the_message_says(file: Path) -> None:
+    dates = ("2026-10-01T10:00:00.000Z", "2026-10-01T10:00:00.020Z")
+    written(file, "Time (UTC),surge,sway,yaw\n" + "".join(f"{date},1,2,3\n" for date in dates))
+    assert "if it has dates, --columns 't=Time (UTC)'" in read_demands(file, DOF).said
+    times = read_demands(file, DOF, parse_columns("t=Time (UTC)")).t
+    assert times is not None
+    assert times[1] - times[0] == pytest.approx(0.02, abs=1e-6)  # of seconds since 1970
+
+
+@pytest.mark.parametrize(
+    ("header", "doubted"),
+    [
+        ("surge,sway,yaw,yaw_target", "yaw taken, yaw_target left out; --columns 'yaw=yaw_target'"),
+        ("surge,sway,yaw,surge_out,yaw_out", "--columns 'surge=surge_out,yaw=yaw_out'"),
+        ("Fx,Fy,Mz,Fx_request", "--columns 'surge=Fx_request'"),
+        ("force_x,force_y,torque_z,force_setpoint_x", "--columns 'surge=force_setpoint_x'"),
+        ("surge,sway,yaw,yaw_rate,surge_vel,sway_actual,yaw_filtered,yaw_deg,yaw_max", ""),
+        ("surge_cmd,sway_cmd,yaw_cmd,yaw_target", ""),
+        ("surge,sway,yaw,target", ""),
+    ],
+)
+def test_a_column_that_is_left_out_and_may_have_the_demand_is_said(
+    file: Path, header: str, doubted: str
+) -> None:
+    """Attitude was taken for moments, and the demands that stood beside it were left out."""
+    count = header.count(",") + 1
+    written(file, f"{header}\n{','.join('1' * count)}\n{','.join('2' * count)}\n")
+    doubt = read_demands(file, DOF).doubt
+    assert doubted in doubt
+    assert bool(doubted) == ("left out" in doubt)
+    if doubted:
+        told = parse_columns(doubt.split("'")[1])
+        assert "left out" not in read_demands(file, DOF, told).doubt
+
+
 def test_a_clock_in_a_table_with_decimal_commas_is_told_what_a_time_may_be(file: Path) -> None:
     """The advice was to write the clock with a comma."""
     written(file, "time;surge;sway;yaw\n10:00:00.000;1,5;2;3\n10:00:00.020;1,5;2;4\n")

@@ -1,5 +1,6 @@
 """Demands beside the commands to ESCs: their frame, their columns, and what is doubted of them."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -71,10 +72,20 @@ def test_rows_of_logs_that_were_merged_have_commands_a_demand_or_both(none: str,
     assert outputs.t.tolist() == [0, 1, 3]
     assert outputs.u.tolist() == [[1600] * 8] * 3
     np.testing.assert_array_equal(outputs.taus[:, 0], [1, np.nan, 5])
-    assert "; 1 rows without commands" in outputs.said
+    assert "; 1 rows without commands, 1 of them with demands, which are not compared" in outputs.said
     file.write_text(file.read_text().replace("2,", f"2,1600{none},", 1))
     with pytest.raises(AllocError, match=r"merged\.csv: line"):
         read_outputs(file, VEHICLE)
+
+
+def test_commands_and_demands_that_share_no_row_are_said_to(tmp_path: Path) -> None:
+    """That the log had no demands was said of one that had some in every other row."""
+    file = tmp_path / "joined.csv"
+    rows = ["0,,,,,,,,,10,5", "1,1600,1600,1600,1600,1600,1600,1600,1600,,", "2,,,,,,,,,11,5"]
+    file.write_text("\n".join(["t,u0,u1,u2,u3,u4,u5,u6,u7,surge,yaw", *rows]))
+    said = CliRunner().invoke(cli, ["demands", str(file), "--vehicle", VEHICLE.name, "--from-outputs"])
+    assert re.search(r"left undone +not known: no row has commands and a demand", said.stdout)
+    assert "2 rows without commands, 2 of them with demands, which are not compared: fill" in said.stderr
 
 
 def test_a_row_without_the_battery_s_voltage_says_how_to_fill_it_in(tmp_path: Path) -> None:
