@@ -163,7 +163,7 @@ def _decided(of: EscCode, call: list[FloatArray], volts: float) -> Sent | None:
     least, most = _ends(of.vehicle, volts)
     low = np.where(call[1] == least.astype(_real(of)), least, low)
     high = np.where(call[2] == most.astype(_real(of)), most, high)
-    # So is a thrust that an allocator cut at a limit.
+    # A thrust that an allocator cut at a limit is that limit in C too.
     f = np.where(call[0] == call[1], low, np.where(call[0] == call[2], high, f))
     made = of.vehicle.commands(f, np.full(len(f), volts), f_min=low, f_max=high)
     sent, *others = (Sent(*row) for row in zip(*made, strict=True))

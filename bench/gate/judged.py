@@ -38,7 +38,7 @@ def judge_cell(
         if base.lacks and of_base is not asked[0]:  # it takes no limits of each call, or no failed thruster
             remarks += _one_sided(cell, of_head, base, head)
             continue
-        if head.lacks and not base.lacks and of_base is hard and (head.refused or _of_other_size(asked[0])):
+        if head.lacks and of_base is hard and (head.refused or _of_other_size(asked[0])):
             remarks.append(_made_for_its_own(cell, head))
             break
         cell.base_lacks = base.lacks or cell.base_lacks

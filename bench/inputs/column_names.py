@@ -75,18 +75,21 @@ def may_be_meant(name: str, taken: str) -> bool:
 
     Not where the latter's own name says that it is a demand, as ``yaw_cmd``.
     """
-    own, words = words_of(taken), words_of(name)
-    more = set(words) - set(own)
-    bare = own == [word for word in re.split(r"[^a-z0-9]+", taken.lower()) if word]
-    return bare and set(own) < set(words) and not more & (OTHER | MOTION | SEEN)
+    own, words = words_of(taken), set(words_of(name))
+    more = words - set(own)
+    return own == _words(taken) and set(own) < words and not more & (OTHER | MOTION | SEEN)
 
 
 def words_of(name: str) -> list[str]:
     """The words of a column's name in small letters, without those behind it that say it is a demand."""
-    words = [word for word in re.split(r"[^a-z0-9]+", name.lower()) if word]
+    words = _words(name)
     while len(words) > 1 and words[-1] in MEANT:
         words.pop()
     return words
+
+
+def _words(name: str) -> list[str]:
+    return [word for word in re.split(r"[^a-z0-9]+", name.lower()) if word]
 
 
 def says_moment(name: str, quantity: str) -> bool:

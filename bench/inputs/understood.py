@@ -105,9 +105,12 @@ def passed_over(
     }
     if not beside:
         return ""
-    own, meant = (listed([pair[i] for pair in beside.values()], len(DOF)) for i in (0, 1))
-    wanted = ",".join(f"{axis}={other}" for axis, (_, other) in beside.items())
-    return f"{path.name}: {own} taken, {meant} left out; --columns '{wanted}' if that is the demand"
+    own, meant = zip(*beside.values(), strict=True)
+    wanted = ",".join(map("=".join, zip(beside, meant, strict=True)))
+    return (
+        f"{path.name}: {listed(own, len(DOF))} taken, {listed(meant, len(DOF))} left out;"
+        f" --columns '{wanted}' if that is the demand"
+    )
 
 
 def attitude(found: Mapping[str, Column], given: Container[str]) -> dict[str, str]:

@@ -161,8 +161,8 @@ def missed(rows: list[Row]) -> str:
     That is also where a method failed on some of a vehicle's demands and was measured on others.
     """
     worst = largest_miss(rows)
-    failed, measured = ({row.vehicle for row in rows if bool(row.failed) == is_so} for is_so in (True, False))
-    if worst is None or failed & measured:
+    failed = {row.vehicle for row in rows if row.failed}
+    if worst is None or any(row.vehicle in failed for row in rows if not row.failed):
         return ""
     # Two digits; .2g alone would write 100 with an exponent.
     return f"{float(f'{100 * worst:.2g}'):g}%" if worst > WRENCH_TOLERANCE else "0%"

@@ -180,7 +180,8 @@ def exact_everywhere(rows: Sequence[Row]) -> bool:
 def missing(rows: Sequence[Row]) -> float:
     """The share of the demands that can be met of which more than SERVED_WITHIN is left out, a mean of sets.
 
-    0 where none is. Some that can't be met come as near, and make up for one that is left out: it counts.
+    0 where none is. What is delivered within SERVED_WITHIN counts demands just beyond the limits too, and
+    these may hide one that is left out: where any is, the share is SERVED_WITHIN at least.
     """
     if (largest_miss(rows) or 0.0) <= SERVED_WITHIN:
         return 0.0

@@ -48,8 +48,8 @@ function counted(machine, size, loop) {
   return size;
 }
 
-// In tenths, rounded up, as characters that sort: 0 to 9, then :.
-const tenths = (size) => String.fromCharCode(48 + Math.ceil(10 * size.missing));
+// In tenths, rounded up, as text that sorts.
+const tenths = (size) => String(Math.ceil(10 * size.missing)).padStart(2, "0");
 const median = (size) => size.cpu ?? size.p50 ?? 0;
 
 function ordered(sizes) {
