@@ -1,5 +1,6 @@
 """Projects of a board that tests build on this computer."""
 
+import os
 import shutil
 import subprocess
 from collections.abc import Callable
@@ -23,7 +24,7 @@ def project(scalar: Scalar = "double", n: int = 20) -> Project:
 
 def make(folder: Path, *words: str) -> None:
     """Build with `make`; skips without a tool, and fails with the compiler's words."""
-    compiler = next((word[3:] for word in words if word.startswith("CC=")), "cc")
+    compiler = next((word[3:] for word in words if word.startswith("CC=")), os.environ.get("CC", "cc"))
     for tool in ("make", compiler):
         if not shutil.which(tool):
             pytest.skip(f"needs {tool}")
