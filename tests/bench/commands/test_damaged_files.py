@@ -8,7 +8,6 @@ import io
 import json
 import os
 import shutil
-import subprocess
 import sys
 import traceback
 from collections.abc import Callable
@@ -28,6 +27,7 @@ from bench.chips.board.project import plan
 from bench.inputs.demand_csv import format_demands
 from tests.bench.inputs.test_import import MAELSTROM, MANTA, NAUTILUS
 from tests.board_logs import opened, sealed
+from tests.board_projects import make
 from tests.log_files import rosbag2, write_bag1, write_bag2, write_ulog
 from tests.mutations import damaged, damaged_json
 from tests.output_logs import write_bin, write_csv, write_outputs_ulog
@@ -143,15 +143,11 @@ def packed(folder: Path) -> list[Path]:
 
 def board_log(folder: Path) -> list[Path]:
     """What a project of two methods, one with levels, printed on this computer."""
-    for tool in ("make", "cc"):
-        if not shutil.which(tool):
-            pytest.skip(f"needs {tool}")
     asked = ("priority@native", "pinv@native")
     write(
         plan(load_vehicle("ukwial"), asked, ("active", "infeasible"), "double", "fixed", 4, 0), folder / "c"
     )
-    make = ["make", "--silent", "-C", str(folder / "c"), "log", "CFLAGS=-O1 -DBOARD_PASSES=3"]
-    subprocess.run(make, check=True, capture_output=True, timeout=120)
+    make(folder / "c", "log", "CFLAGS=-O1 -DBOARD_PASSES=3")
     return [Path(shutil.copy(folder / "c/build/posix/LOG", folder))]
 
 
