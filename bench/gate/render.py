@@ -53,7 +53,10 @@ def notes(record: GateRecord) -> list[str]:
         if cell.base_lacks:
             remarks += [] if cell.head_lacks or cell.head_wrong else [f"new: `{cell.name}`"]
         elif cell.base_wrong and cell.head_wrong:
-            remarks.append(f"wrong on both sides: `{cell.name}`: {cell.head_wrong}")
+            what = cell.head_wrong
+            if cell.base_wrong != cell.head_wrong:
+                what = f"base {cell.base_wrong}; head {cell.head_wrong}"
+            remarks.append(f"wrong on both sides: `{cell.name}`: {what}")
         elif cell.base_wrong:
             remarks.append(f"mended: `{cell.name}`, where base had a wrong answer: {cell.base_wrong}")
     return remarks

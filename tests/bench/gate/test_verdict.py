@@ -108,13 +108,18 @@ def test_a_wrong_answer_fails_however_fast_it_is_and_another_one_is_not_called_w
     assert result.summary == f"regression: {summary}"
 
 
-def test_an_answer_that_is_wrong_on_both_sides_is_noted_and_passes() -> None:
+@pytest.mark.parametrize(
+    ("base", "head", "said"), [("off", "off by 2 N", "base off; head off by 2 N"), ("off", "off", "off")]
+)
+def test_an_answer_that_is_wrong_on_both_sides_is_noted_with_what_each_did_and_passes(
+    base: str, head: str, said: str
+) -> None:
     record = GateRecord(
-        base="a", head="b", settings=GateSettings(), cells=[cell(base_wrong="off", head_wrong="off by 2 N")]
+        base="a", head="b", settings=GateSettings(), cells=[cell(base_wrong=base, head_wrong=head)]
     )
     result = verdict(record)
     assert result.outcome is Outcome.PASS
-    assert "wrong on both sides: `ukwial:pinv:-`: off by 2 N" in markdown(record, result)
+    assert f"wrong on both sides: `ukwial:pinv:-`: {said}\n" in markdown(record, result)
 
 
 def test_a_cell_that_is_gone_is_the_first_reason_to_fail() -> None:
