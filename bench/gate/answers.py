@@ -156,8 +156,8 @@ def wrong(question: Question, side: SideAnswers) -> str:
     if side.lacks:
         return ""
     judged = judge(question, side.answers, **side.promises, thorough=False)
-    if judged.wrong or side.at_odds:
-        return judged.wrong or side.at_odds
+    if judged.wrong or side.at_odds:  # both: memory that answers share explains what is wrong with them
+        return "; ".join(filter(None, (judged.wrong, side.at_odds)))
     for demand, what in side.raised.items():
         return f"raises {what}, for demand {demand}"
     if judged.agrees is False:

@@ -50,6 +50,11 @@ SEEN = {
     *("fb", "feedback", "ff", "feedforward", "p", "i", "integral", "integrator"),
 }
 """Words beside a DOF's name that make it what was seen of it, or a part of the demand."""
+NO_WRENCH = {
+    *("mode", "flag", "status", "active", "valid", "ok", "hold", "lock", "locked", "count", "id", "source"),
+    *("sat", "saturated", "saturation", "clipped", "limited", "depth", "altitude", "heading"),
+}
+"""Words beside a DOF's name that make it a flag, a mode, or a place to be held."""
 TAU = {"roll": "taux", "pitch": "tauy", "yaw": "tauz"}
 TORQUE = {"tau", "torque", "moment"}
 _DASH = r"[\u2010-\u2015\ufe58\ufe63\uff0d-]"
@@ -77,7 +82,7 @@ def may_be_meant(name: str, taken: str) -> bool:
     """
     own, words = words_of(taken), set(words_of(name))
     more = words - set(own)
-    return own == _words(taken) and set(own) < words and not more & (OTHER | MOTION | SEEN)
+    return own == _words(taken) and set(own) < words and not more & (OTHER | MOTION | SEEN | NO_WRENCH)
 
 
 def words_of(name: str) -> list[str]:

@@ -17,8 +17,9 @@ _OTHERS = {
     *("kilonewton", "kilonewtons", "dn", "dan", "pct", "percent", "percentage"),
     *("norm", "normalised", "normalized"),
     *("lbft", "ftlb", "ftlbs", "lbin", "inlb", "ozin", "nmm", "ncm", "kgcm", "kgm"),
+    *("deg", "degs", "degree", "degrees", "rad", "rads", "radian", "radians", "us", "pwm", "rpm", "mps"),
 }
-"""Words that stand for another unit, or a share, of which nothing here knows the factor."""
+"""Words that stand for another unit, a share, or no force at all, of which nothing here knows the factor."""
 _WITHIN = re.compile(r"[\W_]+|(?<=[a-jln-z])(?=(?:kNm?|Nm|[lL]bf|[kK]gf)(?![A-Za-z]))")
 """What parts the words of a name: signs, and a small letter before a unit, as in ``FxkN``."""
 _UNITS = {unit.lower() for unit in (*FORCE, *MOMENT, *_OTHERS) if len(unit) > 1}

@@ -338,7 +338,11 @@ def test_a_unit_in_the_name_of_a_moment_that_the_user_names_counts(
 
 
 @pytest.mark.parametrize(
-    "name", ["Fx_lbs", "fx_pounds", "Fx_tf", "Fx_kg_cmd", "Fx_mn", "Fx_Nm", "Fx_gf", "norm_Fx", "Fx %"]
+    "name",
+    [
+        *("Fx_lbs", "fx_pounds", "Fx_tf", "Fx_kg_cmd", "Fx_mn", "Fx_Nm", "Fx_gf", "norm_Fx", "Fx %"),
+        *("surge_us", "surge_pwm", "surge_mps"),
+    ],
 )
 def test_a_unit_that_is_no_force_s_is_refused_where_the_user_names_its_column(file: Path, name: str) -> None:
     written(file, f"{name},sway,yaw\n2,3,4\n")
@@ -346,7 +350,7 @@ def test_a_unit_that_is_no_force_s_is_refused_where_the_user_names_its_column(fi
         read_demands(file, DOF, parse_columns(f"surge={name}"))
 
 
-@pytest.mark.parametrize("name", ["M_lbft", "M_lb_ft", "Mz_ftlb", "M_N_mm", "M_Ncm", "M_ozin"])
+@pytest.mark.parametrize("name", ["M_lbft", "M_lb_ft", "Mz_ftlb", "M_N_mm", "M_Ncm", "M_ozin", "yaw_deg"])
 def test_a_unit_that_is_no_moment_s_is_refused_where_the_user_names_its_column(file: Path, name: str) -> None:
     written(file, f"surge,sway,{name}\n2,3,4\n")
     with pytest.raises(DemandError, match=rf"the unit of '{name}' is none of Nm, kNm"):
@@ -426,6 +430,7 @@ def test_dates_under_a_name_with_their_clock_are_read_as_the_message_says(file: 
         ("Fx,Fy,Mz,Fx_request", "--columns 'surge=Fx_request'"),
         ("force_x,force_y,torque_z,force_setpoint_x", "--columns 'surge=force_setpoint_x'"),
         ("surge,sway,yaw,yaw_rate,surge_vel,sway_actual,yaw_filtered,yaw_deg,yaw_max", ""),
+        ("surge,sway,yaw,yaw_mode,surge_saturated,yaw_setpoint_heading", ""),
         ("surge_cmd,sway_cmd,yaw_cmd,yaw_target", ""),
         ("surge,sway,yaw,target", ""),
     ],
