@@ -218,7 +218,7 @@ def differ(question: Question, base: SideAnswers, head: SideAnswers, *, doubted:
             alike[i] = False
         elif len(b.share) < len(a.share):
             return f"{counted(len(a.share), 'share')} → {len(b.share) or 'none'} for demand {i}"
-        elif not mended[i] and not np.allclose(a.share, b.share[: len(a.share)], rtol=0, atol=EDGE):
+        elif not (mended[i] or a.share == b.share[: len(a.share)] or _alike(a.share, b.share)):
             return f"shares {_shown(a.share)} → {_shown(b.share)} for demand {i}"
     thrusts = (stacked([answer.f for answer in side.answers], vehicle.n)[0] for side in (base, head))
     apart = farthest(*(F[alike] for F in thrusts))
@@ -243,6 +243,11 @@ def _less(base: SideAnswers, head: SideAnswers) -> str:
 def _is_practice(formulation: str) -> bool:
     """Whether a formulation is a rule of one's own, which promises no optimum."""
     return formulation not in [known.name for known in list_formulations()]
+
+
+def _alike(before: Sequence[float], now: Sequence[float]) -> bool:
+    """Whether the shares that there were are the same but for rounding; now there may be more."""
+    return np.allclose(before, now[: len(before)], rtol=0, atol=EDGE)
 
 
 def _shown(shares: Sequence[float]) -> str:
