@@ -67,6 +67,7 @@ def assign(
     Raises DemandError where a quantity has no column, or several could be meant.
     """
     found: dict[str, Column] = {}
+    missing: list[str] = []
     for quantity in (*dof, TIME):
         if quantity in given:
             found[quantity] = _named(place, header, units, quantity, given[quantity])
@@ -87,13 +88,16 @@ def assign(
         if columns:  # of several times the plainest: 'time' before 'imu time'
             found[quantity] = (exact or sorted(columns, key=lambda column: len(words_of(column.name))))[0]
         elif quantity != TIME and every:
-            shown = listed(
-                [f"{name} [{u}]" if (u := _below(name, units, i)) else name for i, name in enumerate(header)]
-            )
-            raise DemandError(
-                f"{place}: no column {quantity!r} among {shown}; name it there, or as in"
-                f" --columns {quantity}=NAME"
-            )
+            missing.append(quantity)
+    if missing:
+        shown = listed(
+            [f"{name} [{u}]" if (u := _below(name, units, i)) else name for i, name in enumerate(header)]
+        )
+        raise DemandError(
+            f"{place}: no column {' or '.join(map(repr, missing))} among {shown}; name"
+            f" {'them' if missing[1:] else 'it'} there, or as in"
+            f" --columns {','.join(f'{quantity}=NAME' for quantity in missing)}"
+        )
     if TIME in found:
         found[TIME] = found[TIME]._replace(rest=_nanoseconds(header, found[TIME].name))
     return found

@@ -105,7 +105,7 @@ def refusal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
         ("allocate|wide.csv|--vehicle|ukwial|--method|pinv", "wide.csv: line 2: 4 cells under 3 columns"),
         (
             "allocate|other.csv|--vehicle|ukwial|--method|pinv",
-            "line 1: no column 'sway' among surge, heave",
+            "line 1: no column 'sway' or 'yaw' among surge, heave",
         ),
         ("allocate|empty.csv|--vehicle|ukwial|--method|pinv", "the file is empty"),
         ("allocate|binary.csv|--vehicle|ukwial|--method|pinv", "not UTF-8"),
