@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from math import hypot
+from math import hypot, trunc
 from pathlib import Path
 from typing import NamedTuple
 from xml.etree.ElementTree import Element
@@ -22,6 +22,9 @@ SHORTEST = 1e-9
 """Length from which a vector has a direction."""
 USUAL = ".*(thruster|propeller).*"
 """Names of thrusters where neither a plug-in nor the user says them, in any case."""
+STEPS = {2: np.pi / 2, **dict.fromkeys(range(3, 16), np.pi / 12)}
+"""By decimals of an angle [rad], the step whose multiples it may round: 1.57 a right angle, 0.785 also 45
+degrees."""
 
 
 class Mass(NamedTuple):
@@ -57,8 +60,22 @@ class Motor(NamedTuple):
 
 
 def pose(xyz: Sequence[float], rpy: Sequence[float]) -> FloatArray:
-    """(4, 4) pose of a position [m] and of roll, pitch, yaw about fixed axes [rad]."""
-    return posed(xyz, Rotation.from_euler("xyz", rpy).as_matrix())
+    """(4, 4) pose of a position [m] and of roll, pitch, yaw about fixed axes [rad], as they are meant."""
+    return posed(xyz, Rotation.from_euler("xyz", [exact_angle(angle) for angle in rpy]).as_matrix())
+
+
+def exact_angle(angle: float) -> float:
+    """The angle [rad] that a description rounds or cuts off: pi/2 for 1.5708, any other as it is.
+
+    With 1.5708 a vertical thruster pushes ahead with 4e-6 of its thrust. Where a failure leaves nothing that
+    makes up for that, no heave meets its demand exactly.
+    """
+    for decimals, step in STEPS.items():
+        exact = round(angle / step) * step
+        scaled = exact * 10**decimals
+        if angle != exact and angle in (round(scaled) / 10**decimals, trunc(scaled) / 10**decimals):
+            return exact
+    return angle
 
 
 def posed(xyz: Sequence[float], turn: FloatArray) -> FloatArray:
@@ -136,6 +153,7 @@ def drafted(
     masses: Sequence[Mass],
     found: Mapping[str, Motor],
     pattern: str,
+    angles: Iterable[float],
 ) -> Draft:
     """The Draft of a description; raises VehicleError with the names there are where none is a thruster's.
 
@@ -145,14 +163,19 @@ def drafted(
     base : in words, the frame of ``mounts`` and ``masses``
     found : of gz-sim's plug-ins, by joint
     pattern : that the names of thrusters match as a whole; empty for those of plug-ins, or the usual names
+    angles : of poses, as they are written [rad]
     """
     chosen, why = _chosen(path, mounts, found, pattern)
     draft = Draft(source=f"{path.name}, {kind}", dof=DOF, frame="flu")
     draft.frame_assumed = f"The frame is that of {base}, flu as everywhere in ROS and gz: x ahead, z up."
     draft.positions = [mount.position.tolist() for mount in chosen]
-    draft.directions = [mount.direction.tolist() for mount in chosen]
+    draft.directions = [np.round(mount.direction, 15).tolist() for mount in chosen]
     draft.names = [_name(mount) for mount in chosen]
     draft.assumptions.append(f"{why}; positive thrust pushes along the axis of its joint, as in gz-sim.")
+    if rounded := sorted({f"{angle:g}" for angle in angles if exact_angle(angle) != angle}):
+        draft.assumptions.append(
+            f"Angles of {listed(rounded, 6)} rad are taken for the multiples of 15 degrees that they round."
+        )
     total = sum(one.mass for one in masses)
     if total > 0:
         center = sum((one.mass * one.center for one in masses), np.zeros(3)) / total

@@ -62,6 +62,7 @@ def read(path: Path, pattern: str = "") -> Draft:
         masses,
         motors(path, model),
         pattern,
+        frames.angles,
     )
     if included := [include.findtext("uri") or "?" for include in model.iter("include")]:
         draft.assumptions.append(
@@ -131,10 +132,12 @@ class Frames:
     path : the file, for messages
     things : elements by scoped name
     axes_of_model : whether axes are in the model's frame where nothing else is said
+    angles : of the poses that were worked out, as they are written [rad]
     """
 
     def __init__(self, path: Path, things: dict[str, Element], *, axes_of_model: bool = False) -> None:
         self.path, self.things, self.axes_of_model = path, things, axes_of_model
+        self.angles: list[float] = []
         self._known: dict[str, FloatArray] = {MODEL: np.eye(4)}
         self._asked: list[str] = []
 
@@ -210,4 +213,5 @@ class Frames:
             return posed(values[:3], Rotation.from_quat(values[3:]).as_matrix())
         values = numbers(self.path, f"pose of {name}", given.text, 6)
         turn = np.radians(values[3:]) if given.get("degrees") in ("true", "1") else values[3:]
+        self.angles += list(turn)
         return pose(values[:3], list(turn))

@@ -62,6 +62,7 @@ def read(path: Path, pattern: str = "") -> Draft:
         [_mass(path, link, to_base @ poses[link.name]) for link in robot.links if link.inertial is not None],
         found,
         pattern,
+        [angle for joint in robot.joints if joint.origin for angle in joint.origin.rpy or ()],
     )
 
 

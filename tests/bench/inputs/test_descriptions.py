@@ -6,9 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from alloc import AllocError, load_vehicle
 from alloc.vehicle.geometry import DOF, pose_matrix
+from bench.inputs.description import exact_angle
 from bench.inputs.imported import ImportOptions, import_vehicle
 from tests.foreign_vehicles import imported, vehicle_of
 from tests.mutations import damaged
@@ -100,13 +103,37 @@ def sdf(body: str = "", limits: str = "<max_thrust_cmd>37</max_thrust_cmd>") -> 
 
 
 def check(tmp_path: Path, text: str, name: str, options: ImportOptions | None = LIMITS) -> None:
-    """The imported vehicle has the six thrusters' matrix; 1.57 rad in a file is as near to a right angle as it gets."""
+    """The imported vehicle has the six thrusters' matrix."""
     keys = imported(tmp_path, text, options, name)
     vehicle = vehicle_of(keys, tmp_path)
     assert vehicle.frame == "flu"
     rows = [DOF.index(axis) for axis in vehicle.dof]
-    np.testing.assert_allclose(vehicle.T, T[rows], rtol=0, atol=2e-5)
+    np.testing.assert_allclose(vehicle.T, T[rows], rtol=0, atol=1e-14)  # sums of three products
     assert (vehicle.f_min[0], vehicle.f_max[0]) in ((-29, 37), (-37, 37))
+
+
+def test_a_rounded_right_angle_is_a_right_angle_and_said(tmp_path: Path) -> None:
+    """With 1.5708 heave pushed ahead with 4e-6, and after a failure no heave was exactly possible."""
+    text = urdf().replace("-1.5707963267948966", "-1.5708").replace("3.141592653589793", "3.14")
+    check(tmp_path, text, "six.urdf")
+    notes = " ".join(imported(tmp_path, text, LIMITS, "six.urdf").notes)
+    assert "Angles of -1.5708, 3.14 rad are taken for the multiples of 15 degrees that they round" in notes
+    assert "Angles" not in " ".join(imported(tmp_path, urdf(), LIMITS, "exact.urdf").notes)
+
+
+@given(st.integers(-48, 48), st.integers(3, 14))
+def test_an_angle_is_what_it_rounds_or_cuts_off(steps: int, decimals: int) -> None:
+    exact = steps * np.pi / 12
+    cut = np.trunc(exact * 10**decimals) / 10**decimals
+    for written in (round(exact, decimals), cut):
+        assert exact_angle(written) == pytest.approx(exact, rel=1e-15, abs=0)  # a product's last digit
+
+
+@given(st.floats(-10, 10))
+def test_any_other_angle_stays_as_it_is(angle: float) -> None:
+    away = abs(angle - round(angle / (np.pi / 12)) * np.pi / 12)
+    few = round(angle, 2) == angle  # 1.57 too stands for a right angle, which is 8e-4 off
+    assert exact_angle(angle) == angle or away <= (5e-3 if few else 1e-3)
 
 
 def test_a_urdf_gives_the_matrix_of_its_tree_about_the_centre_of_mass_of_all_links(tmp_path: Path) -> None:
