@@ -44,9 +44,8 @@ def command(log: Path, vehicle: str, from_outputs: bool, output: Path | None, **
     if output is not None:
         write_text(output, format_demands(t, taus, answering.dof, columns, frame=answering.frame))
     echo(read.said, err=True)  # at last, since a refusal is one line
-    for doubt in filter(
-        None, (read.doubt, *doubts(demands.name, answering.name, demands.alpha, demands.rate_hz))
-    ):
+    of_numbers = doubts(demands.name, answering.name, demands.alpha, demands.rate_hz, shares=read.shares)
+    for doubt in filter(None, (read.doubt, *of_numbers)):
         echo(f"warning: {doubt}", err=True)
 
 

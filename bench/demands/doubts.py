@@ -11,7 +11,9 @@ SLOWEST_HZ, FASTEST_HZ = 0.5, 2e4
 """Rates between which an allocator may be called."""
 
 
-def doubts(log: str, vehicle: str, alpha: FloatArray, rate_hz: float | None) -> list[str]:
+def doubts(
+    log: str, vehicle: str, alpha: FloatArray, rate_hz: float | None, *, shares: bool = False
+) -> list[str]:
     """One line for each unit that can't be right, with the factor that would mend it.
 
     Parameters
@@ -19,8 +21,9 @@ def doubts(log: str, vehicle: str, alpha: FloatArray, rate_hz: float | None) -> 
     log, vehicle : their names
     alpha : (N,) alpha* of each demand [-]
     rate_hz : sampling rate, None where the demands are no sequence in time
+    shares : whether the log is known to have shares, which no unit of force mends
     """
-    return [*_of_size(log, vehicle, alpha), *of_rate(log, rate_hz)]
+    return [*(() if shares else _of_size(log, vehicle, alpha)), *of_rate(log, rate_hz)]
 
 
 def _of_size(log: str, vehicle: str, alpha: FloatArray) -> list[str]:

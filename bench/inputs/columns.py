@@ -33,7 +33,7 @@ class Column(NamedTuple):
     ----------
     place : which one it is, from 0
     name : its name, as the file writes it
-    factor : from its unit to N, N m or s; None for a time whose unit nothing says
+    factor : from its unit to N, N m, V or s; None for a time whose unit nothing says
     rest : which column has the nanoseconds of a stamp whose whole seconds stand here, as ROS writes one
     unit : as a line of units below the header says it, else empty
     """

@@ -87,7 +87,7 @@ def read_demands(
         for quantity, column in found.items()
     ]
     limits = limit_columns(place, table.header, table.units, thrusters, given, found)
-    used += [(name, index, LARGEST) for name, index in limits.items()]
+    used += [(name, column.place, LARGEST) for name, column in limits.items()]
     rest = found[TIME].rest if TIME in found else None
     used += [] if rest is None else [(TIME, rest, LATEST)]
     named = tuple(found[axis].name for axis in dof)
@@ -120,10 +120,12 @@ def read_demands(
             f" {times[back[0] + 1]:g} s; put rows in time order"
         )
     said = understood(path, table, found, limits, unit, blank, also={id_at})
-    by_name = {name: values[:, len(found) + i] for i, name in enumerate(limits)}
+    by_name = {
+        name: values[:, len(found) + i] * column.factor for i, (name, column) in enumerate(limits.items())
+    }
     unread = like_volts(table.header) if by_volts and VOLTS not in limits else ""
     doubts = (
-        passed_over(path, table, found, given, limits.values()),
+        passed_over(path, table, found, given, [column.place for column in limits.values()]),
         like_angles(path, found, given),
         without_time(path, table, found),
         _still(path, times) or _doubled(path, times, values),

@@ -14,7 +14,7 @@ from alloc.errors import DemandError
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.limits import VoltageTable
 from bench.inputs.columns import VOLTS, Column
-from bench.inputs.units import FORCE
+from bench.inputs.units import FORCE, VOLTAGE
 
 _LIMIT = re.compile(r"f(?P<thruster>\d{1,9})_(?P<side>min|max)")
 _SIDES = {"min", "max", "minimum", "maximum", "lower", "upper"}
@@ -41,7 +41,7 @@ def limit_columns(
     thrusters: Sequence[str] = (),
     given: Mapping[str, str] = MappingProxyType({}),
     found: Mapping[str, Column] = MappingProxyType({}),
-) -> dict[str, int]:
+) -> dict[str, Column]:
     """Which columns hold limits, by name: ``volts`` [V], ``f3_min`` [N].
 
     A column may also name one of the ``thrusters``: ``bow port_min`` is ``f0_min`` where that is the first.
@@ -51,7 +51,7 @@ def limit_columns(
     Raises DemandError for one twice, in another unit, or spelt like ``f_max3`` or ``Bow Port max``: limits
     that are left out give thrusts beyond them.
     """
-    limits: dict[str, int] = {}
+    limits: dict[str, Column] = {}
     named = [(i, name) for i, name in enumerate(thrusters) if name]
     places = {f"{name}_{side}": f"f{i}_{side}" for i, name in named for side in ("min", "max")}
     others = {column.place for quantity, column in found.items() if quantity in given}
@@ -74,24 +74,30 @@ def limit_columns(
                     " rename it"
                 )
             continue
-        _check_unit(place, header, units, i, "V" if name == VOLTS else "N")
         if name in limits:
             raise DemandError(f"{place}: column {name!r} appears twice; keep one")
-        limits[name] = i
+        limits[name] = _with_factor(place, header, units, i, name)
     if volts := given.get(VOLTS, ""):
         if header.count(volts) != 1:
             raise DemandError(f"{place}: no column {volts[:40]!r}, or several, for volts; name one there is")
-        limits[VOLTS] = header.index(volts)
-        _check_unit(place, header, units, limits[VOLTS], "V")
+        limits[VOLTS] = _with_factor(place, header, units, header.index(volts), VOLTS)
     return limits
 
 
-def _check_unit(place: str, header: Sequence[str], units: Sequence[str], i: int, wanted: str) -> None:
-    """Raise DemandError where a column's unit, in its name or in the line of units, is another."""
+def _with_factor(place: str, header: Sequence[str], units: Sequence[str], i: int, name: str) -> Column:
+    """The column and its factor to V or N, by the unit in its name or in the line of units.
+
+    Raises DemandError for any other unit.
+    """
     match = _WITH_UNIT.fullmatch(header[i].strip())
     unit = (match["unit"] or match["suffix"]) if match else units[i] if i < len(units) else ""
-    if unit not in ("", wanted, wanted.lower()):
-        raise DemandError(f"{place}: {header[i]!r} is in {unit}; give volts in V, limits in N")
+    if not unit and name == VOLTS and header[i].lower().endswith("_mv"):
+        unit = "mV"
+    known = {"": 1.0, **(VOLTAGE if name == VOLTS else {"N": 1.0})}
+    factors = [factor for spelt, factor in known.items() if unit in (spelt, spelt.lower())]
+    if not factors:
+        raise DemandError(f"{place}: {header[i]!r} is in {unit}; give volts in V or mV, limits in N")
+    return Column(i, header[i], factors[0])
 
 
 def _looks_like_a_limit(name: str, thrusters: Sequence[str]) -> bool:

@@ -12,7 +12,7 @@ from bench.inputs.units import SECONDS, TIME
 
 SHOWN = 6
 """Most columns of limits, and left out ones, that are named."""
-_TIME = re.compile(r"time(?!out)|stamp|clock|zeit", re.IGNORECASE)
+_TIME = re.compile(r"time(?!out)|stamp|clock|zeit|(?<![a-z])(?:utc|date|datum)(?![a-z])", re.IGNORECASE)
 _OF_ROWS = ("s", "sec", "ms", "msec")
 """Units that a row's time has; commands of ESCs are in µs."""
 
@@ -21,7 +21,7 @@ def understood(
     path: Path,
     table: Cells,
     found: Mapping[str, Column],
-    limits: Mapping[str, int],
+    limits: Mapping[str, Column],
     unit: str = "",
     blank: int = 0,
     also: Container[int | None] = (),
@@ -37,7 +37,7 @@ def understood(
     """
     named = dict(found)
     if VOLTS in limits:
-        named[VOLTS] = Column(limits[VOLTS], table.header[limits[VOLTS]], None)
+        named[VOLTS] = limits[VOLTS]
     parts = [
         f"{quantity} from '{column.name}'"
         + (f" and '{table.header[column.rest]}'" if column.rest is not None else "")
@@ -46,8 +46,8 @@ def understood(
         if column.name != quantity
     ]
     own = [quantity for quantity, column in named.items() if column.name == quantity]
-    bounds = [table.header[at] for name, at in limits.items() if name != VOLTS]
-    taken = {at for column in found.values() for at in (column.place, column.rest)} | {*limits.values()}
+    bounds = [column.name for name, column in limits.items() if name != VOLTS]
+    taken = {at for column in (*found.values(), *limits.values()) for at in (column.place, column.rest)}
     others = [
         name or "one without a name"
         for i, name in enumerate(table.header)

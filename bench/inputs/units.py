@@ -24,6 +24,7 @@ SECONDS = {
     "h": 3600.0,
 }
 """Units of times; the micro sign is read as the Greek letter, which Unicode has for it."""
+VOLTAGE = {"V": 1.0, "mV": 1e-3}
 
 
 def known(quantity: str) -> dict[str, float]:

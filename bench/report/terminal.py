@@ -13,6 +13,7 @@ from rich.table import Table
 from alloc.allocation import WRENCH_TOLERANCE
 from alloc.files.visible import visible
 from alloc.formulations import Family
+from bench.record import FARTHER
 from bench.record.machine import machine_name
 from bench.report.readme import not_counted, served_share
 from bench.report.sections.moving import of, sequences, title
@@ -137,10 +138,9 @@ def _verdict(rows: list[Row]) -> str:
     verdicts = [judged.agrees for row in rows for judged in row.measured.judged if judged.agrees is not None]
     agreement = "-" if not verdicts else "yes" if all(verdicts) else f"no, {verdicts.count(False)}x"
     failures = Counter(row.failed.status for row in rows if row.failed)
-    # What is wrong on another set is counted there.
-    failures.update(
-        "wrong" for row in rows if row.wrong not in ("", row.measured.wrong_on_others) and not row.failed
-    )
+    # What is wrong on another set is counted there, and what is too far off is no agreement.
+    counted = (row for row in rows if row.wrong not in ("", FARTHER, row.measured.wrong_on_others))
+    failures.update("wrong" for row in counted if not row.failed)
     return ", ".join([agreement, *(f"{count} {status}" for status, count in failures.items())])
 
 

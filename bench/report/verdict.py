@@ -15,6 +15,8 @@ from bench.results.text import cut, percent, three
 
 USUAL = Loop(rate_hz=100.0, budget=0.1)
 """The loop that reports open with: an autopilot's usual rate, a tenth of its period for allocation."""
+JITTER = 0.01
+"""Share by which the rates of logs that were meant to have one differ, since their clocks do."""
 NOISY_SHARE = 0.1
 """Share of disturbed rows above which a machine is called noisy."""
 
@@ -34,7 +36,11 @@ def whose_rate(*runs: Run) -> list[str]:
     """A sentence on the log whose rate is taken, where others have another; else none."""
     rates, taken = _rates(runs), rate_of(*runs)
     fastest = [f"{log} of {vehicle}" for log, vehicle, rate in rates if rate == taken]
-    slower = [f"{log} of {vehicle} has {rate:g} Hz" for log, vehicle, rate in rates if rate != taken]
+    slower = [
+        f"{log} of {vehicle} has {rate:g} Hz"
+        for log, vehicle, rate in rates
+        if taken is not None and rate < (1 - JITTER) * taken
+    ]
     if not slower:
         return []
     return [f"The rate is that of the fastest log, {fastest[0]}, for every vehicle; {', '.join(slower)}."]

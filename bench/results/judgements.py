@@ -8,7 +8,7 @@ from statistics import median
 from typing import TYPE_CHECKING, Any
 
 from alloc.vehicle.geometry import DOF, MOMENTS
-from bench.record import Judged
+from bench.record import FARTHER, Judged
 from bench.results.repeats import Repeats, most
 from bench.results.times import calls
 
@@ -93,8 +93,9 @@ class Judgements:
     @property
     def wrong(self) -> str:
         """Why an answer is wrong, of a plug-in one on another set, too; empty where none is."""
-        own = next((j.wrong for j in self.measured.judged if j.wrong), "")
-        return own or self.measured.wrong_elsewhere or self.measured.wrong_on_others
+        own = next((j.wrong for j in self.measured.judged if j.wrong), "") or self.measured.wrong_elsewhere
+        on_others = self.measured.wrong_on_others
+        return own or (FARTHER if on_others and self.agreed is False else on_others)
 
     lost_wrench_p50 = Worst(
         "Median of |delivered - tau| / |tau|, delivered being what thrusts clipped to their limits push.",

@@ -48,9 +48,8 @@ def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None)
     places = {name: table.header.index(name) for name in names}
     commands = set(places.values())
     limits = limit_columns(place, table.header, table.units, given=given, found=found)
-    volts = {name: at for name, at in limits.items() if name == VOLTS}
-    places |= volts
-    places |= {quantity: column.place for quantity, column in found.items()}
+    volts = {name: column for name, column in limits.items() if name == VOLTS}
+    places |= {quantity: column.place for quantity, column in (volts | found).items()}
     if TIME in found and (rest := found[TIME].rest) is not None:
         places[REST] = rest
     named = tuple(found[axis].name for axis in asked)
@@ -89,12 +88,13 @@ def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None)
         kept = ",".join(f"{axis}={name}" for axis, name in angles.items())
         said += f"; {', '.join(angles.values())} without a force may be attitude; --columns '{kept}' if N m"
     if VOLTS not in places and (unread := like_volts(table.header)):
-        said += f"; thrusts follow no voltage: if {unread[:40]!r} is the battery's, call it {VOLTS}"
+        named_so = f"--columns '{VOLTS}={unread[:40]}'"
+        said += f"; thrusts follow no voltage: if {unread[:40]!r} is the battery's, {named_so}"
     frame, why, framed = of_table(path, table.frame, ids)
     return Outputs(
         t,
         np.column_stack([values[name] for name in names]),
-        values.get(VOLTS),
+        values[VOLTS] * volts[VOLTS].factor if volts else None,
         _demands(vehicle.dof, found, values) if asked else None,
         said=said,
         frame=frame,

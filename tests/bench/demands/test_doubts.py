@@ -22,6 +22,11 @@ def test_a_sound_log_raises_no_doubt() -> None:
     assert lines(SOUND, None) == []
 
 
+def test_of_shares_no_unit_is_in_doubt() -> None:
+    """A PX4 log of a strong vehicle was told of kN."""
+    assert doubts("log", UKWIAL.name, alpha_max(UKWIAL, 0.001 * SOUND), 50.0, shares=True) == []
+
+
 @pytest.mark.parametrize(
     ("factor", "rate", "says"),
     [

@@ -388,8 +388,8 @@ def test_times_since_start_and_of_mavlink_are_read(file: Path, name: str, step: 
 @pytest.mark.parametrize(
     ("name", "doubted"),
     [
-        *(("clock of the log", True), ("autopilotTime", True), ("Zeit", True)),
-        *(("solve time", False), ("timeout", False)),
+        *(("clock of the log", True), ("autopilotTime", True), ("Zeit", True), ("UTC", True)),
+        *(("solve time", False), ("timeout", False), ("update_rate", False)),
     ],
 )
 def test_what_may_be_a_time_and_is_not_taken_for_it_is_said_with_the_remedy(

@@ -101,10 +101,10 @@ def test_what_is_written_is_read_again(tmp_path: Path) -> None:
         ("f8_min", "0", "column 'f8_min': bluerov2-heavy has no thruster 8; count from 0 to 7"),
         ("volts", "22", r"demand 0 .*22 V lies outside of the vehicle's table, 10 to 20 V"),
         ("f0_max", "many", "f0_max"),
-        ("f0_max [V]", "1", "is in V; give volts in V, limits in N"),
-        ("f0_max [kN]", "1", "is in kN; give volts in V, limits in N"),
-        ("f0_max_kN", "1", "is in kN; give volts in V, limits in N"),
-        ("volts (mV)", "1", "is in mV; give volts in V, limits in N"),
+        ("f0_max [V]", "1", "is in V; give volts in V or mV, limits in N"),
+        ("f0_max [kN]", "1", "is in kN; give volts in V or mV, limits in N"),
+        ("f0_max_kN", "1", "is in kN; give volts in V or mV, limits in N"),
+        ("volts (kV)", "1", "is in kV; give volts in V or mV, limits in N"),
         ("f0_max,f0_max", "1,1", "'f0_max' appears twice"),
         ("f_max0", "1", "'f_max0' looks like a limit; write those as f0_min, f0_max"),
         ("F3 max [N]", "1", "'F3 max .N.' looks like a limit"),
@@ -242,13 +242,21 @@ def test_other_columns_are_no_voltage(tmp_path: Path, column: str) -> None:
     assert log_for(HEAVY, written(tmp_path, f"{AXES},{column}", "9,0,0,0,0,0,14")).doubt == ""
 
 
+@pytest.mark.parametrize("column", ["volts [mV]", "volts_mV", "Vbat [mV]", "battery_mv", "voltage"])
+def test_millivolts_are_volts(tmp_path: Path, column: str) -> None:
+    """The advice was a name that the reader then refused for its unit."""
+    lines = (f"{AXES},{column}", *(["N,N,N,Nm,Nm,Nm,mV"] if column == "voltage" else []), "1,0,0,0,0,0,14500")
+    named = LogOptions(columns={} if column.startswith("volts") else parse_columns(f"volts={column}"))
+    assert log_for(HEAVY, written(tmp_path, *lines), named).columns["volts"] == pytest.approx([14.5])
+
+
 def test_volts_in_a_column_that_is_not_there_are_refused(tmp_path: Path) -> None:
     path = written(tmp_path, AXES, "1,0,0,0,0,0")
     options = LogOptions(columns=parse_columns("volts=vbat"))
     assert "no column 'vbat', or several, for volts" in refused(lambda: log_for(HEAVY, path, options), path)
 
 
-@pytest.mark.parametrize(("column", "unit"), [("f0_max", "kgf"), ("bow port_max", "lbf"), ("volts", "mV")])
+@pytest.mark.parametrize(("column", "unit"), [("f0_max", "kgf"), ("bow port_max", "lbf"), ("volts", "Ah")])
 def test_a_unit_in_a_line_below_the_header_is_that_of_a_limit_too(
     tmp_path: Path, column: str, unit: str
 ) -> None:
@@ -262,7 +270,7 @@ def test_a_unit_in_a_line_below_the_header_is_that_of_a_limit_too(
     path = written(tmp_path, *lines)
     thrusters = ("bow port", "b", "c", "d")
     message = refused(lambda: read_log(path, vehicle.dof, thrusters=thrusters), path)
-    assert f"{column!r} is in {unit}; give volts in V, limits in N" in message
+    assert f"{column!r} is in {unit}; give volts in V or mV, limits in N" in message
 
 
 @pytest.mark.parametrize(

@@ -214,12 +214,13 @@ def test_a_log_that_names_the_output_of_some_motors_only_is_refused(tmp_path: Pa
 
 def test_a_voltage_under_another_name_is_no_voltage_and_said_so(tmp_path: Path) -> None:
     file = tmp_path / "logger.csv"
-    head = ["t", *(f"u{i}" for i in range(8)), "Battery [V]"]
-    file.write_text(",".join(head) + "\n" + "".join(f"{t},{'1600,' * 8}14\n" for t in (0.0, 0.1)))
+    head = ["t", *(f"u{i}" for i in range(8)), "Battery [mV]"]
+    file.write_text(",".join(head) + "\n" + "".join(f"{t},{'1600,' * 8}14000\n" for t in (0.0, 0.1)))
     said = read_outputs(file, VEHICLE).said
-    assert "thrusts follow no voltage: if 'Battery [V]' is the battery's, call it volts" in said
-    file.write_text(file.read_text().replace("Battery [V]", "volts"))
-    assert "thrusts follow no voltage" not in read_outputs(file, VEHICLE).said
+    assert "follow no voltage: if 'Battery [mV]' is the battery's, --columns 'volts=Battery [mV]'" in said
+    told = read_outputs(file, VEHICLE, parse_columns("volts=Battery [mV]"))
+    assert "thrusts follow no voltage" not in told.said
+    assert told.volts == pytest.approx([14, 14])
 
 
 @pytest.mark.parametrize("none", [0.0, np.nan])

@@ -10,7 +10,7 @@ from bench.report.readme import served_share
 from bench.report.sections import failures
 from bench.report.sections.headline import fastest_exact
 from bench.report.sections.worth import answers, section
-from bench.report.terminal import objections
+from bench.report.terminal import _verdict, objections
 from bench.results.columns import Row
 from bench.results.ranking import off
 from bench.results.rows import Run, read_run
@@ -102,6 +102,17 @@ def test_a_plug_in_that_is_wrong_on_another_set_is_wrong_in_the_table(tmp_path: 
     assert (fastest_exact([active]) is None) == plugin
     assert [row.demands for row in run.rows if off(row)] == ["inactive"]
     assert [line.count("inactive demands: 0.05 of") for line in objections(run.rows)] == [1]
+
+
+def test_a_plug_in_that_is_too_far_off_on_two_sets_is_so_in_each_row_of_its_own(tmp_path: Path) -> None:
+    """Each row named the last set, as if its own were right."""
+    cell = made_up.exact_cell("ukwial", "mine", 1.0)
+    assert cell.judged is not None
+    far = replace(cell, judged=replace(cell.judged, agrees=False, distance_rel_max=0.05))
+    on_inactive = replace(far, key=replace(far.key, demands="inactive"))
+    rows = run_of(tmp_path, Method(name="mine", formulation="hard", plugin=True), far, on_inactive).rows
+    assert {row.wrong for row in rows} == {"farther from the optimum than promised"}
+    assert _verdict(list(rows)) == "no, 2x"  # once each, and not as wrong beside it
 
 
 def test_what_is_wrong_beside_a_set_that_is_refused_is_said_in_its_row(tmp_path: Path) -> None:
