@@ -17,6 +17,9 @@ from alloc.vehicle.keys import VehicleFile
 CONDITION = 20.0
 """Condition number, with rows of unit length, above which a direction is nearly lost: a push in the weakest
 direction then takes 20 times the thrust of one in the strongest. Published vehicles lie below 4."""
+TRACE, NOISE = 1e-3, 1e-9
+"""Shares of a row's largest entry between which another one looks like a rounded angle: 1.57 rad for a right
+one leaves 8e-4, 1.5708 leaves 4e-6, and arithmetic alone 1e-16."""
 WIDEST_WEIGHTS = 1e4  # a wider spread costs an iterative solver half of its digits
 
 
@@ -81,6 +84,21 @@ def on_digits(keys: VehicleFile, vehicle: Vehicle) -> Iterator[Remark]:
             f" {vehicle.rank} thrusters depend on each other but for the last digit; poses ('thrusters') give"
             " it exactly",
         )
+
+
+def on_traces(keys: VehicleFile, vehicle: Vehicle) -> Iterator[Remark]:
+    """A remark on entries of T so small that they look like rounded angles, on which an axis may hang."""
+    sizes = np.abs(vehicle.T) / vehicle.row_lengths[:, None]
+    found = np.argwhere((sizes > NOISE) & (sizes < TRACE * sizes.max(axis=1, keepdims=True)))
+    if not len(found):
+        return
+    row, i = found[0]
+    more = f", and {len(found) - 1} more like it" if len(found) > 1 else ""
+    yield note(
+        "thrusters" if keys.T is None else "T",
+        f"{vehicle.dof[row]} of {vehicle.called(int(i))} is {vehicle.T[row, i]:.2g}{more}; if an angle was"
+        " rounded, as 1.57 for a right one, mend it: after a failure an axis may be lost by so little",
+    )
 
 
 def on_weights(vehicle: Vehicle) -> Iterator[Remark]:

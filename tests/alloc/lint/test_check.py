@@ -134,6 +134,13 @@ def test_a_sound_file_gets_only_the_notes_on_what_failures_cost(file: Path) -> N
             "thruster 4 moves no controlled DOF",
         ),
         (ACROSS, "warning", 3, "thruster 1 moves no controlled DOF"),
+        (GOOD.replace("[1, 1, 0, 0]", "[1, 1, 4e-6, 0]"), "note", 4, "surge of thruster 2 is 4e-06; if an"),
+        (
+            BOX.replace("[1, 0, 0]", "[0.9999997, 8e-4, 0]"),
+            "note",
+            3,
+            "sway of thruster 0 is 0.0008, and 1 more like it; if an angle was rounded, as 1.57",
+        ),
         (GOOD.replace("frame: frd\n", ""), "note", None, "no 'frame' given"),
         (GOOD + "center_of_mass: [0, 0, 1]\n", "warning", 7, "has no effect without thrusters"),
         (GOOD.replace("-11", "12"), "error", 5, "f_min[0] = 12 exceeds f_max[0] = 11"),
