@@ -4,6 +4,7 @@ Where a preprocessor may leave others (``bench.proof.altered``) the tree is not 
 """
 
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,6 +20,15 @@ from bench.proof import tools
 from bench.proof.altered import altered
 from bench.proof.not_read import NotRead
 from bench.proof.subject import Subject
+
+INCLUDED = "#include <stdint.h>"
+INTEGERS = {"int8_t": "signed char", "int16_t": "short", "int32_t": "int"}
+SIZED = " ".join(
+    f"typedef {own} {name}; typedef unsigned {own.removeprefix('signed ')} u{name};"
+    for name, own in INTEGERS.items()
+)
+"""What is read in place of stdint.h, which only names types."""
+NUMBERS = {"int", "float", "double", *INTEGERS, *(f"u{name}" for name in INTEGERS)}
 
 
 class Unit(NamedTuple):
@@ -55,14 +65,7 @@ class Unit(NamedTuple):
     @property
     def kept(self) -> set[str]:
         """The variables that outlive a call and can change."""
-        found = {node.name for node in self.text.ext if _varies(node)}
-        waiting: list[Any] = list(self.functions.values())
-        while waiting:
-            node = waiting.pop()
-            if _varies(node) and {"static", "extern"} & set(node.storage):
-                found.add(node.name)
-            waiting += [child for _, child in node.children()]
-        return found
+        return kept(self.text)
 
 
 def read(of: Subject) -> Unit:
@@ -74,9 +77,21 @@ def read(of: Subject) -> Unit:
 
 def of_one_branch(of: Subject) -> Unit:
     """As ``read``, also where other branches for the preprocessor are not those that are printed."""
-    text = _parsed(of)
+    text = parsed(of.files, f"{of.name}.c")
     functions = {node.decl.name: node for node in text.ext if isinstance(node, c_ast.FuncDef)}
     return Unit(text, functions, _cases(functions[of.name].body.block_items))
+
+
+def kept(text: c_ast.FileAST) -> set[str]:
+    """The variables of some C that outlive a call and can change."""
+    found = {node.name for node in text.ext if _varies(node)}
+    waiting: list[Any] = [node for node in text.ext if isinstance(node, c_ast.FuncDef)]
+    while waiting:
+        node = waiting.pop()
+        if _varies(node) and {"static", "extern"} & set(node.storage):
+            found.add(node.name)
+        waiting += [child for _, child in node.children()]
+    return found
 
 
 def _cases(entry: list[Any]) -> dict[int, c_ast.FuncCall]:
@@ -101,13 +116,15 @@ def _cases(entry: list[Any]) -> dict[int, c_ast.FuncCall]:
     return found
 
 
-def _parsed(of: Subject) -> c_ast.FileAST:
+def parsed(files: Mapping[str, str], name: str) -> c_ast.FileAST:
+    """One of the files as a tree, with what it includes of the others; raises NotRead and ToolError."""
     if not compiler():
         raise ToolError("needs a C compiler to read C with")
     with tempfile.TemporaryDirectory(prefix="thrustbench-") as place:
-        write_folder(Path(place), of.files)
+        # A compiler's own header has more in it than standard C.
+        write_folder(Path(place), {each: text.replace(INCLUDED, SIZED) for each, text in files.items()})
         flags = ["-E", "-P", "-std=c99", "-U__GNUC__", "-U__ARM_FP"]
-        text = tools.run([*compiler(), *flags, f"{of.name}.c"], Path(place))
+        text = tools.run([*compiler(), *flags, name], Path(place))
     try:
         return c_parser.CParser().parse(text)
     except ParseError as error:
@@ -136,11 +153,13 @@ def _varies(node: Any) -> bool:
     """
     if not isinstance(node, c_ast.Decl) or isinstance(node.type, c_ast.FuncDecl | c_ast.Enum):
         return False
+    if node.name is None:  # the type of a struct
+        return False
     of = node.type
     while isinstance(of, c_ast.ArrayDecl):
         of = of.type
     match of:
-        case c_ast.TypeDecl(quals=quals, type=c_ast.IdentifierType(names=["int" | "float" | "double"])):
+        case c_ast.TypeDecl(quals=quals, type=c_ast.IdentifierType(names=[name])) if name in NUMBERS:
             return "const" not in quals
     return True
 

@@ -71,11 +71,16 @@ def _functions(of: Subject) -> tuple[set[str], set[str]]:
 
 
 def _stateless(of: Subject) -> Claim:
+    return stateless(STATELESS, lambda: read(of).kept)
+
+
+def stateless(claim: str, kept: Callable[[], set[str]]) -> Claim:
+    """The claim that no variable of some C is ``kept`` from one call to the next."""
     try:
-        words = [f"{name} outlives a call, and can change" for name in sorted(read(of).kept)]
+        words = [f"{name} outlives a call, and can change" for name in sorted(kept())]
     except (NotRead, ToolError) as reason:
         words = [str(reason)]
-    return Claim(claim=STATELESS, verdict="not shown" if words else "shown", by="the C, read", words=words)
+    return Claim(claim=claim, verdict="not shown" if words else "shown", by="the C, read", words=words)
 
 
 def _fixed(of: Subject, analysis: eva.Analysis) -> Claim:

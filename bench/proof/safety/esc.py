@@ -7,8 +7,10 @@ from alloc.c import covering, last_metre, parameters, to_escs
 from alloc.methods import recipe
 from bench.proof import tools
 from bench.proof.altered import of_all_branches
+from bench.proof.parsed import kept, parsed
 from bench.proof.proof import Claim
 from bench.proof.safety import eva
+from bench.proof.safety.claims import stateless
 from bench.proof.safety.harness import MAIN
 from bench.proof.subject import Subject
 
@@ -19,6 +21,10 @@ NO_ERROR = (
 RANGE = (
     "NAME_esc, and NAME_to_esc whatever its kernel returns: each command lies within the range of its ESC,"
     " each thrust that it makes is a number."
+)
+STATELESS = (
+    "NAME_esc, and NAME_to_esc but for its kernel: commands depend on their call's arguments alone: no data"
+    " that can change outlive a call."
 )
 TOLD = {
     r"!\(x >(=?) ": r"!(x == x && x >\1 ",
@@ -55,6 +61,7 @@ def claims(of: Subject, folder: Path) -> list[Claim]:
         text = re.sub(usual, told, text)
     found = eva.analyse({**of.files, **made, name: text, MAIN: _main(of)}, place)
     shown = [eva.claim(NO_ERROR, found, *found.alarms(*LABELS)), eva.claim(RANGE, found, *sorted(LABELS))]
+    shown.append(stateless(STATELESS, lambda: kept(parsed({**of.files, **made}, name))))
     return of_all_branches(shown, of)  # this C includes the kernel's header
 
 
