@@ -15,7 +15,7 @@
 #define CLOSE ((tb_real)2e-6)
 #define EDGE ((tb_real)0)
 #endif
-enum { VEHICLES = 300, DEMANDS = 12 };
+enum { VEHICLES = 300, DEMANDS = 12, LEVELS = 2 };
 
 static unsigned long seed = 2004;
 static int k, n, wrong, asked, refused;
@@ -101,12 +101,12 @@ static tb_real effort(const tb_real *f)
     return sum;
 }
 
-/* Whether T P f is `share` of tau. */
-static int makes(const tb_real *f, const tb_real *tau, tb_real share)
+/* Whether T P f is `share` of tau, of each axis that of its level; every `levels`-th axis has the same. */
+static int makes(const tb_real *f, const tb_real *tau, const tb_real *share, int levels)
 {
     int good = 1;
     for (int r = 0; r < k; r++) {
-        tb_real sum = -share * tau[r];
+        tb_real sum = -share[r % levels] * tau[r];
         for (int i = 0; i < n; i++) {
             sum += T[r * n + i] * ready[i] * f[i];
         }
@@ -143,7 +143,7 @@ static void own(const tb_real *tau, unsigned long mask)
 static void ask(unsigned long mask)
 {
     tb_real f_min[TB_N_MAX], f_max[TB_N_MAX], made[TB_N_MAX], tau[TB_K_MAX], f[TB_N_MAX], share[TB_K_MAX];
-    const tb_real times = below(2) ? 1 : 2, huge = infinity();
+    const tb_real times = below(2) ? 1 : 2, huge = infinity(), whole[] = {1};
     int status;
     for (int i = 0; i < n; i++) {
         f_min[i] = low[i] * uniform(0, 1);
@@ -161,7 +161,7 @@ static void ask(unsigned long mask)
     check(status == TB_SOLVED, "a wrench that can be made is", "nullspace");
     if (status == TB_SOLVED) {
         check(inside(f, f_min, f_max, mask), "thrusts lie inside the limits", "nullspace");
-        check(makes(f, tau, 1), "thrusts make tau", "nullspace");
+        check(makes(f, tau, whole, 1), "thrusts make tau", "nullspace");
         check(effort(f) <= effort(made) + CLOSE * scale * (scale + effort(made) / scale), "no thrusts are dearer",
               "nullspace");
     }
@@ -173,18 +173,20 @@ static void ask(unsigned long mask)
         check(status == TB_SOLVED || status == TB_PARTIAL, "every demand is answered", "scaled");
         check(share[0] >= 1 / times - CLOSE && share[0] <= 1, "the share is what can be made", "scaled");
         check(inside(f, f_min, f_max, mask), "thrusts lie inside the limits", "scaled");
-        check(makes(f, tau, share[0]), "thrusts make the share of tau", "scaled");
+        check(makes(f, tau, share, 1), "thrusts make the share of tau", "scaled");
         status = tb_priority(&allocator, tau, f_min, f_max, f, share);
         check(status == TB_SOLVED || status == TB_PARTIAL, "every demand is answered", "priority");
         check(inside(f, f_min, f_max, mask), "thrusts lie inside the limits", "priority");
-        check(status != TB_SOLVED || makes(f, tau, 1), "thrusts make tau", "priority");
+        check(status != TB_SOLVED || makes(f, tau, whole, 1), "thrusts make tau", "priority");
+        /* Where a direction is lost, an axis gets what the others leave of it. */
+        check(allocator.rank < k || makes(f, tau, share, LEVELS), "thrusts make each level's share", "priority");
         own(tau, mask);
     }
     for (int rule = 0; rule < 2; rule++) {
         status = (rule ? tb_redistribute : tb_clip)(&allocator, tau, f_min, f_max, f);
         check(status == TB_SOLVED || status == TB_PARTIAL, "every demand is answered", rule ? "redistribute" : "clip");
         check(inside(f, f_min, f_max, mask), "thrusts lie inside the limits", rule ? "redistribute" : "clip");
-        check(status != TB_SOLVED || makes(f, tau, 1), "thrusts make tau", rule ? "redistribute" : "clip");
+        check(status != TB_SOLVED || makes(f, tau, whole, 1), "thrusts make tau", rule ? "redistribute" : "clip");
     }
     f[0] = 12345;
     tau[below(k)] *= huge; /* infinite, or zero still */
@@ -206,7 +208,7 @@ int main(void)
             }
         }
         for (int r = 0; r < k; r++) {
-            level[r] = r % 2;
+            level[r] = r % LEVELS;
         }
         if (status != TB_SOLVED || tb_levels(&allocator, level) != TB_SOLVED) {
             refused++;

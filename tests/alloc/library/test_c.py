@@ -51,6 +51,7 @@ SABOTAGED = {
     "a facet has the room of the other side": ("ahead = a->margin[f][0];", "ahead = a->margin[f][1];"),
     "a failed thruster works on": ("!(off >> i & 1UL)", "!(off >> i & 2UL)"),
     "the effort is not weighed": ("share += a->N[p][j] * costs[p];", "share += 0 * costs[p];"),
+    "shares of levels are exchanged": ("back[i] * part[l];", "back[i] * part[levels - 1 - l];"),
     "NaN is not looked for": ("a->k) ? status : TB_NOT_FINITE", "a->k) ? status : status"),
 }  # fmt: skip
 
