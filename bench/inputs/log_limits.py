@@ -33,6 +33,10 @@ _VOLTAGE = re.compile(
 )
 """ ``Battery [V]``, ``vbat``, ``bus voltage``: what may be the battery's, with its unit or by its name."""
 
+FAR = 100.0
+"""How many times the largest voltage of a table another one is before it is in doubt: mV are a thousand."""
+IN_MILLIVOLTS = "if it is in mV, --columns 'volts=NAME [mV]'"
+
 
 def limit_columns(
     place: str,
@@ -78,18 +82,22 @@ def limit_columns(
             raise DemandError(f"{place}: column {name!r} appears twice; keep one")
         limits[name] = _with_factor(place, header, units, i, name)
     if volts := given.get(VOLTS, ""):
-        if header.count(volts) != 1:
+        match = _WITH_UNIT.fullmatch(volts)
+        bare = match["name"] if match and match["name"] and volts not in header else volts
+        if header.count(bare) != 1:
             raise DemandError(f"{place}: no column {volts[:40]!r}, or several, for volts; name one there is")
-        limits[VOLTS] = _with_factor(place, header, units, header.index(volts), VOLTS)
+        limits[VOLTS] = _with_factor(place, header, units, header.index(bare), VOLTS, volts)
     return limits
 
 
-def _with_factor(place: str, header: Sequence[str], units: Sequence[str], i: int, name: str) -> Column:
+def _with_factor(
+    place: str, header: Sequence[str], units: Sequence[str], i: int, name: str, said: str = ""
+) -> Column:
     """The column and its factor to V or N, by the unit in its name or in the line of units.
 
-    Raises DemandError for any other unit.
+    ``said`` is the name with a unit as the user gives it. Raises DemandError for any other unit.
     """
-    match = _WITH_UNIT.fullmatch(header[i].strip())
+    match = _WITH_UNIT.fullmatch(said or header[i].strip())
     unit = (match["unit"] or match["suffix"]) if match else units[i] if i < len(units) else ""
     if not unit and name == VOLTS and header[i].lower().endswith("_mv"):
         unit = "mV"
@@ -162,8 +170,10 @@ def _by_volts(path: Path, volts: FloatArray, vehicle: Vehicle) -> tuple[FloatArr
     least, most = table.volts[0], table.volts[-1]
     outside = np.flatnonzero(~((volts >= least) & (volts <= most)))
     if outside.size:
+        found = volts[outside[0]]
+        remedy = IN_MILLIVOLTS if found > FAR * most else "cut the row out, or give more of the table"
         raise DemandError(
-            f"{path}: demand {outside[0]} (counted from 0): {volts[outside[0]]:g} V lies outside of the"
-            f" vehicle's table, {least:g} to {most:g} V; cut the row out, or give more of the table"
+            f"{path}: demand {outside[0]} (counted from 0): {found:g} V lies outside of the"
+            f" vehicle's table, {least:g} to {most:g} V; {remedy}"
         )
     return table.between(volts)

@@ -12,7 +12,7 @@ from bench.inputs.columns import VOLTS, Column, assign
 from bench.inputs.delimited import TABLES, is_blank, read_table
 from bench.inputs.demand_csv import seconds
 from bench.inputs.frames import id_column, ids_of, of_table
-from bench.inputs.log_limits import like_volts, limit_columns
+from bench.inputs.log_limits import FAR, IN_MILLIVOLTS, like_volts, limit_columns
 from bench.inputs.outputs import Outputs
 from bench.inputs.understood import attitude, like_angles, passed_over, understood, without_time
 from bench.inputs.units import TIME
@@ -90,21 +90,31 @@ def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None)
     if VOLTS not in places and (unread := like_volts(table.header)):
         named_so = f"--columns '{VOLTS}={unread[:40]}'"
         said += f"; thrusts follow no voltage: if {unread[:40]!r} is the battery's, {named_so}"
+    battery = values[VOLTS] * volts[VOLTS].factor if volts else None
     frame, why, framed = of_table(path, table.frame, ids)
     return Outputs(
         t,
         np.column_stack([values[name] for name in names]),
-        values[VOLTS] * volts[VOLTS].factor if volts else None,
+        battery,
         _demands(vehicle.dof, found, values) if asked else None,
         said=said,
         frame=frame,
         why=why,
         framed=framed,
         named=named,
-        doubt=passed_over(path, table, found, given, places.values())
+        doubt=_in_millivolts(path, battery, vehicle)
+        or passed_over(path, table, found, given, places.values())
         or like_angles(path, found, given)
         or without_time(path, table, found),
     )
+
+
+def _in_millivolts(path: Path, volts: FloatArray | None, vehicle: Vehicle) -> str:
+    """A doubt about voltages (N,) far beyond those of the ESCs' curves."""
+    most = max((esc.volts.max() for esc in vehicle.esc), default=np.nan)
+    if volts is None or not len(volts) or not np.median(volts) > FAR * most:
+        return ""
+    return f"{path.name}: {volts[0]:g} V, where curves end at {most:g} V; {IN_MILLIVOLTS}"
 
 
 def _demands(dof: Sequence[str], found: Mapping[str, Column], values: Mapping[str, FloatArray]) -> FloatArray:

@@ -99,6 +99,7 @@ def test_what_is_written_is_read_again(tmp_path: Path) -> None:
     ("column", "value", "message"),
     [
         ("f8_min", "0", "column 'f8_min': bluerov2-heavy has no thruster 8; count from 0 to 7"),
+        ("volts", "14500", r"14500 V lies outside .*; if it is in mV, --columns 'volts=NAME .mV.'"),
         ("volts", "22", r"demand 0 .*22 V lies outside of the vehicle's table, 10 to 20 V"),
         ("f0_max", "many", "f0_max"),
         ("f0_max [V]", "1", "is in V; give volts in V or mV, limits in N"),
@@ -242,11 +243,14 @@ def test_other_columns_are_no_voltage(tmp_path: Path, column: str) -> None:
     assert log_for(HEAVY, written(tmp_path, f"{AXES},{column}", "9,0,0,0,0,0,14")).doubt == ""
 
 
-@pytest.mark.parametrize("column", ["volts [mV]", "volts_mV", "Vbat [mV]", "battery_mv", "voltage"])
+@pytest.mark.parametrize(
+    "column", ["volts [mV]", "volts_mV", "Vbat [mV]", "battery_mv", "voltage", "power_volts"]
+)
 def test_millivolts_are_volts(tmp_path: Path, column: str) -> None:
     """The advice was a name that the reader then refused for its unit."""
     lines = (f"{AXES},{column}", *(["N,N,N,Nm,Nm,Nm,mV"] if column == "voltage" else []), "1,0,0,0,0,0,14500")
-    named = LogOptions(columns={} if column.startswith("volts") else parse_columns(f"volts={column}"))
+    told = f"{column} [mV]" if column == "power_volts" else column
+    named = LogOptions(columns={} if column.startswith("volts") else parse_columns(f"volts={told}"))
     assert log_for(HEAVY, written(tmp_path, *lines), named).columns["volts"] == pytest.approx([14.5])
 
 

@@ -218,7 +218,11 @@ def test_a_voltage_under_another_name_is_no_voltage_and_said_so(tmp_path: Path) 
     file.write_text(",".join(head) + "\n" + "".join(f"{t},{'1600,' * 8}14000\n" for t in (0.0, 0.1)))
     said = read_outputs(file, VEHICLE).said
     assert "follow no voltage: if 'Battery [mV]' is the battery's, --columns 'volts=Battery [mV]'" in said
-    told = read_outputs(file, VEHICLE, parse_columns("volts=Battery [mV]"))
+    file.write_text(file.read_text().replace("Battery [mV]", "battery"))
+    wrong = read_outputs(file, VEHICLE, parse_columns("volts=battery"))
+    assert "14000 V, where curves end at 20 V; if it is in mV, --columns 'volts=NAME [mV]'" in wrong.doubt
+    told = read_outputs(file, VEHICLE, parse_columns("volts=battery [mV]"))
+    assert told.doubt == ""
     assert "thrusts follow no voltage" not in told.said
     assert told.volts == pytest.approx([14, 14])
 
