@@ -44,14 +44,19 @@ def command(ctx: click.Context, scheduler: str, out: Path, limit: float, options
         with console.status("") as status:
             back = list(run_fleet(client, fleet, parcel, limit, status.update))
     back.sort()
+    said: dict[str, None] = {}
     good = [(host, run) for host, run in back if not run.reason]
     kept = [out / name for name in folders(good)]
     for (_, run), folder in zip(good, kept, strict=True):
         if keep(run, folder):
             tell(console, KEPT.format(folder=folder))
         tell(console, f"Report: {render(folder)}")
-        for line in objections(read_run(folder).rows) if run.code else ():
+        kept_run = read_run(folder)
+        said |= dict.fromkeys(kept_run.record.said)
+        for line in objections(kept_run.rows) if run.code else ():
             tell(console, line, style="red")
+    for line in said:  # every host reads the same logs
+        tell(console, line)
     if len(kept) > 1:
         together = render(*kept, out=out / "fleet")
         tell(console, f"Side by side: {together}")

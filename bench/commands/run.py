@@ -120,7 +120,7 @@ def command(
             run(settings, directory, resume=resume, watch=watch, warn=warn)
         except Interrupted:
             interrupted = True
-    for line in dict.fromkeys(line for problem in read(directory).problems for line in problem.said):
+    for line in read(directory).said:
         tell(console, line)
     good = show(directory, console)
     tell(console, f"Report: {render(directory)}")

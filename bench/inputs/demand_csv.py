@@ -38,6 +38,7 @@ class Demanded(NamedTuple):
     named : the names of the demands' columns
     doubt : what else may be wrong, in a line; empty for nothing
     shares : whether taus are known to be shares of what the vehicle can do [-]
+    converted : a column of the demands whose unit was another, which is N or N m now; empty for none
     """
 
     t: FloatArray | None
@@ -50,6 +51,7 @@ class Demanded(NamedTuple):
     named: tuple[str, ...] = ()
     doubt: str = ""
     shares: bool = False
+    converted: str = ""
 
 
 def read_demands(
@@ -132,7 +134,9 @@ def read_demands(
         _without_volts(path, unread),
     )
     framed = of_table(path, table.frame, ids)
-    return Demanded(times, taus, said, by_name, *framed, named, "; ".join(filter(None, doubts)))
+    converted = next((found[axis].name for axis in dof if found[axis].factor != 1), "")
+    doubt = "; ".join(filter(None, doubts))
+    return Demanded(times, taus, said, by_name, *framed, named, doubt, converted=converted)
 
 
 def _still(path: Path, times: FloatArray | None) -> str:

@@ -53,10 +53,14 @@ class Mount(NamedTuple):
 
 
 class Motor(NamedTuple):
-    """What gz-sim's thruster plug-in says of a joint: the ends of its thrust [N], None for none."""
+    """What gz-sim's thruster plug-in says of a joint: the ends of its thrust [N], None for none.
+
+    ``mirrored`` says that it has no end astern, so that the one ahead is taken for both.
+    """
 
     f_min: float | None
     f_max: float | None
+    mirrored: bool = False
 
 
 def pose(xyz: Sequence[float], rpy: Sequence[float]) -> FloatArray:
@@ -135,7 +139,7 @@ def motors(path: Path, root: Element) -> dict[str, Motor]:
             if ends[0] is not None and ends[1] is not None and full < 0:
                 ends.reverse()
             low, high = ends
-        found[joint] = Motor(low, high)
+        found[joint] = Motor(low, high, plugin.find("min_thrust_cmd") is None)
     return found
 
 
@@ -191,6 +195,8 @@ def drafted(
             _one([high for high in highs if high is not None]),
         )
         draft.limits_assumed.append("Limits are those of gz-sim's thruster plug-in.")
+        if any(motor.mirrored for motor in limits):
+            draft.limits_assumed.append("It has no min_thrust_cmd: as much astern as ahead is assumed.")
     return draft
 
 

@@ -110,9 +110,9 @@ def _completed(path: Path, draft: Draft, options: ImportOptions) -> Draft:
     if not dof and draft.T is not None:
         dof = options.dof or {6: DOF, 3: PLANAR}.get(len(draft.T), ())
         if len(dof) != len(draft.T):
-            raise VehicleError(
-                f"{path}: T has {len(draft.T)} rows without names; name them with --dof", "dof"
-            )
+            turned = bool(draft.T) and len(draft.T) > len(draft.T[0]) in (3, 6)
+            remedy = "write a row for each DOF, not for each thruster" if turned else "name them with --dof"
+            raise VehicleError(f"{path}: T has {len(draft.T)} rows without names; {remedy}", "dof")
         if not options.dof:
             notes.append(f"The rows of T have no names: {', '.join(dof)} is taken.")
     frame = options.frame or draft.frame

@@ -40,6 +40,7 @@ def understood(
         named[VOLTS] = limits[VOLTS]
     parts = [
         f"{quantity} from '{column.name}'"
+        + (f" times {column.factor:g}" if quantity in DOF and column.factor != 1 and not column.unit else "")
         + (f" and '{table.header[column.rest]}'" if column.rest is not None else "")
         + (f", taken for {unit}" if quantity == TIME and unit else "")
         for quantity, column in named.items()

@@ -45,6 +45,11 @@ class Record:
     emulated: list[Emulated] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
 
+    @property
+    def said(self) -> list[str]:
+        """How the logs of demands were understood, and what may be wrong with them, each line once."""
+        return list(dict.fromkeys(line for problem in self.problems for line in problem.said))
+
     def keys(self) -> set[Key]:
         """Keys of the cells that the record holds, measured or failed."""
         return {cell.key for cell in self.cells}

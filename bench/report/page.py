@@ -7,7 +7,7 @@ from bench.report.sections.emulation import summary
 from bench.results.rows import Run
 
 SECTIONS = "bench.report.sections"
-FIRST = ("opening", "frames", "onboard", "headline", "growth", "worth")
+FIRST = ("opening", "frames", "logs", "onboard", "headline", "growth", "worth")
 REST = (
     *("frames", "cost", "lost", "moving", "mission", "capability", "failures", "last-metre", "tails"),
     *("slowest", "memory", "emulation", "machine", "method", "limits"),

@@ -106,7 +106,7 @@ def read_log(
         taus, turning = met(table.taus, dof, given, why, frame)
         said = f"{table.said}; {turning}" if table.said else f"{path.name}: {turning}"
         framed = doubted(path, options.frame, table.frame, table.framed, table.named, frame)
-        doubt = "; ".join(filter(None, (framed, table.doubt)))
+        doubt = "; ".join(filter(None, (framed, table.doubt, _twice(path, table, options))))
         return table._replace(taus=_scaled(taus, dof, options.scale), said=said, doubt=doubt)
     if path.suffix.lower() == ".bin" and path.exists():
         raise DemandError(
@@ -152,6 +152,14 @@ def log_for(vehicle: Vehicle, path: Path, options: LogOptions | None = None) -> 
     )
     columns = {name: values for name, values in log.columns.items() if name != VOLTS}
     return _doubting(log._replace(columns=columns), doubt)
+
+
+def _twice(path: Path, table: Demanded, options: LogOptions) -> str:
+    """A doubt about a factor on top of one that a column's unit says."""
+    if not options.scale or not table.converted:
+        return ""
+    name = table.converted[:40]
+    return f"{path.name}: {name!r} is in N or N m by its unit already; --scale multiplies that once more"
 
 
 def _doubting(log: Demanded, doubt: str) -> Demanded:

@@ -7,8 +7,9 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
-from click.testing import CliRunner
+from click.testing import CliRunner, Result
 
 from alloc import AllocError
 from bench import load
@@ -208,16 +209,36 @@ def test_records_come_back_from_a_scheduler_s_hosts_also_where_one_dies(tmp_path
     assert (folder / "report.md").is_file()
 
 
+def fleet_of(out: Path, monkeypatch: pytest.MonkeyPatch, sent: dict[Host, HostRun]) -> Result:
+    """The command, where hosts send these."""
+    monkeypatch.setattr("bench.fleet.cluster.cluster", lambda *_, **__: nullcontext())
+    monkeypatch.setattr("bench.fleet.cluster.wait_for_workers", lambda _: None)
+    monkeypatch.setattr("bench.fleet.lead.hosts", lambda _: list(sent))
+    monkeypatch.setattr("bench.fleet.lead.run_fleet", lambda *_: iter(sent.items()))
+    command = ["fleet", "--scheduler", "tcp://10.0.0.1:1", "--out", str(out)]
+    return CliRunner().invoke(cli, command, standalone_mode=False)
+
+
+def test_a_fleet_says_once_how_logs_were_understood(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A log in the wrong frame was one in the right, for all that a fleet said."""
+    sent = {}
+    for host in (DECK, KEEL):
+        (tmp_path / host.name).mkdir()
+        log = msgspec.structs.replace(made_up.problem("ukwial"), said=["log.csv: z may be up"], given=True)
+        header = made_up.header(machine={"name": host.name})
+        made = made_up.record(tmp_path / host.name, header, log, made_up.exact_cell("ukwial", "pinv", 1.0))
+        packed = gzip.compress((made / FILE_NAME).read_bytes())
+        sent[host] = HostRun(machine=host.name, record=packed)
+    done = fleet_of(tmp_path / "out", monkeypatch, sent)
+    assert done.return_value == 0, done.output
+    assert done.output.count("log.csv: z may be up") == 1
+
+
 def test_a_fleet_says_which_answers_end_it_with_1(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It named the report alone, and that a method was refused stood there for what was wrong beside."""
     made = made_up.whole(tmp_path) / FILE_NAME
     sent = HostRun(machine="pi", code=1, record=gzip.compress(made.read_bytes()))
-    monkeypatch.setattr("bench.fleet.cluster.cluster", lambda *_, **__: nullcontext())
-    monkeypatch.setattr("bench.fleet.cluster.wait_for_workers", lambda _: None)
-    monkeypatch.setattr("bench.fleet.lead.hosts", lambda _: [DECK])
-    monkeypatch.setattr("bench.fleet.lead.run_fleet", lambda *_: iter([(DECK, sent)]))
-    command = ["fleet", "--scheduler", "tcp://10.0.0.1:1", "--out", str(tmp_path / "out")]
-    done = CliRunner().invoke(cli, command, standalone_mode=False)
+    done = fleet_of(tmp_path / "out", monkeypatch, {DECK: sent})
     assert done.return_value == 1, done.output
     (said,) = objections(read_run(tmp_path / "out" / "pi").rows)
     assert said in done.output

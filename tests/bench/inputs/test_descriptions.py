@@ -209,6 +209,8 @@ def test_the_thruster_plug_in_gives_the_limits(
         keys = imported(tmp_path, text, None, name)
         assert keys.f_min == pytest.approx(f_min, rel=1e-5)
         assert keys.f_max == pytest.approx(f_max, rel=1e-5)
+        assumed = "It has no min_thrust_cmd: as much astern as ahead is assumed." in keys.notes
+        assert assumed == ("min_thrust_cmd" not in limits)
 
 
 def test_a_nested_model_has_its_own_names(tmp_path: Path) -> None:

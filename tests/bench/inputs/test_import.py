@@ -182,6 +182,14 @@ def test_a_csv_of_t_is_read_with_and_without_names_and_header(tmp_path: Path, te
     assert rows == {"surge": [1, 1, 0], "sway": [0, 0, 1], "yaw": [-0.3, 0.3, 1e-5]}
 
 
+def test_a_t_with_a_row_for_each_thruster_is_told_so(tmp_path: Path) -> None:
+    """The advice was to name eight rows, which six DOF can't."""
+    with pytest.raises(
+        VehicleError, match="8 rows without names; write a row for each DOF, not for each thr"
+    ):
+        imported(tmp_path, "1,0,0,0,0,1\n" * 8, LIMITS, "T.csv")
+
+
 @pytest.mark.parametrize(
     ("text", "options", "says"),
     [

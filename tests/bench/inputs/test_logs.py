@@ -344,3 +344,16 @@ def test_the_demands_command_summarises_a_log_and_writes_it_as_csv(
     t, taus, *_ = read_demands(out, PLANAR)
     assert t is not None
     np.testing.assert_array_equal(taus, 2 * demands[1][:, [0, 1, 5]])
+
+
+def test_a_unit_that_the_header_says_is_said_to_count_and_a_factor_on_top_is_doubted(tmp_path: Path) -> None:
+    """Kilograms-force were turned into newtons without a word, and --scale turned them once more."""
+    ukwial, file = load_vehicle("ukwial"), tmp_path / "log.csv"
+    file.write_text("surge [kgf],sway [N],yaw [Nm]\n1,2,3\n")
+    plain, scaled = (log_for(ukwial, file, LogOptions(scale=scale)) for scale in ((), (9.80665, 1.0, 1.0)))
+    assert "surge from 'surge [kgf]' times 9.80665; sway from 'sway [N]'; " in plain.said
+    assert plain.taus.tolist() == [[9.80665, 2, 3]]
+    on_top = "'surge [kgf]' is in N or N m by its unit already; --scale multiplies that once more"
+    assert (on_top in scaled.doubt, on_top in plain.doubt) == (True, False)
+    file.write_text("surge,sway [N],yaw [Nm]\n1,2,3\n")
+    assert log_for(ukwial, file, LogOptions(scale=(9.80665, 1.0, 1.0))).doubt == ""

@@ -7,6 +7,7 @@ from msgspec.structs import replace
 
 from bench.record import Cell, Judged, Key, Line, Method, Problem
 from bench.report import together
+from bench.report.page import page
 from bench.report.sections import headline, lost, onboard, tails, worth
 from bench.results.machines import NamedRun
 from bench.results.rows import Run, read_run
@@ -49,6 +50,17 @@ def test_what_is_lost_is_said_of_the_worst_log_whichever_name_comes_first(
 ) -> None:
     text = headline.section(run_of(tmp_path / "run", *names), frozenset())
     assert "misses up to 60.0 % of the wrench and points up to 60.0° away" in text
+
+
+def test_how_logs_were_understood_is_on_the_page_that_is_handed_on(tmp_path: Path) -> None:
+    """The terminal alone said it, and a fleet nothing."""
+    said = ["log.csv: surge from 'fx'", "log.csv: 2 rows *twice*"]
+    problems = [replace(asked(name), said=said) for name in ("a_easy", "b_hard")]
+    record = made_up.record(tmp_path, made_up.header(), *problems, cell("pinv", "unlimited", "a_easy", 0.0))
+    text = page(read_run(record), frozenset())
+    listed = "\n\n- log.csv: surge from 'fx'\n- log.csv: 2 rows \\*twice\\*\n\n"
+    assert text.count(f"How the logs were understood:{listed}") == 1
+    assert "understood" not in page(run_of(tmp_path / "run", "active", given=False), frozenset())
 
 
 def test_each_log_has_a_table_of_methods_of_tails_and_of_machines(tmp_path: Path) -> None:
