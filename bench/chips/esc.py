@@ -8,10 +8,12 @@ import msgspec
 import numpy as np
 
 from alloc import NotApplicable, Vehicle
-from alloc.allocation import FloatArray
+from alloc.allocation import FloatArray, IndexArray
 from alloc.c import last_metre, sources, to_escs
+from alloc.c.esc_selftest import status_of
 from alloc.methods import recipe
 from alloc.program import Faults, Scalar, Where
+from alloc.vehicle.esc import Sent
 from bench.chips.count import CallCounts, count
 from bench.chips.image import link
 from bench.chips.kernel import Kernel
@@ -86,7 +88,7 @@ def counted_row(
 ) -> Emulated:
     """The row with what calls (N, width) of a set took, and whether Python makes the same thrusts."""
     values, often = np.unique(counted.instructions, return_counts=True)
-    agrees, apart = agreement(vehicle, asked, counted.F)
+    agrees, apart = agreement(vehicle, asked, counted.F, counted.status)
     return msgspec.structs.replace(
         row,
         demands=name,
@@ -98,8 +100,10 @@ def counted_row(
     )
 
 
-def agreement(vehicle: Vehicle, asked: FloatArray, made: FloatArray) -> tuple[bool, float]:
-    """Whether what calls (N, width) made (N, n) is Python's, but for some a step away.
+def agreement(
+    vehicle: Vehicle, asked: FloatArray, made: FloatArray, status: IndexArray
+) -> tuple[bool, float]:
+    """Whether what calls (N, width) made (N, n) is Python's, but for some a step away, and status (N,) too.
 
     The second number is the largest difference of the others, relative to the largest limit.
     """
@@ -111,4 +115,6 @@ def agreement(vehicle: Vehicle, asked: FloatArray, made: FloatArray) -> tuple[bo
     step = np.array([esc.step for esc in vehicle.esc])
     beside = np.abs(vehicle.thrusts(sent.u + step, volts) - vehicle.thrusts(sent.u - step, volts))
     near = apart * vehicle.f_scale <= beside + MADE * vehicle.f_scale
-    return bool(near.all() and other.mean() <= TURNED), float(np.where(other, 0.0, apart).max(initial=0.0))
+    expected = np.array([status_of(Sent(*each)) for each in zip(*sent, strict=True)])
+    agrees = bool((status == expected).all() and near.all() and other.mean() <= TURNED)
+    return agrees, float(np.where(other, 0.0, apart).max(initial=0.0))

@@ -152,14 +152,14 @@ def _thrusts(vehicle: Vehicle, name: str, count: int) -> Problem:
 def _sent(heard: Heard, name: str, run: TimedCalls) -> tuple[Judged, list[float]]:
     """What Python says of the thrusts that NAME_esc made, and the slowest call's."""
     calls, n = heard.thrusts[name], heard.vehicle.n
-    agrees, apart = esc.agreement(heard.vehicle, calls, run.F)
+    agrees, apart = esc.agreement(heard.vehicle, calls, run.F, run.status)
     judged = Judged(
         answers=len(calls),
         counts={},
         distance_rel_max=apart,
         tolerance=esc.MADE,
         agrees=agrees,
-        wrong="" if agrees else "makes other thrusts than Python",
+        wrong="" if agrees else "makes other thrusts than Python, or says another status",
     )
     return judged, calls[run.worst_demand, :n].tolist()
 

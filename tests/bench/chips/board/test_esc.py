@@ -92,6 +92,21 @@ def test_a_thrust_that_the_command_does_not_make_is_told(log: bytes, tmp_path: P
     assert any("esc on thrusts: makes other thrusts than Python" in line for line in done.said)
 
 
+@pytest.mark.parametrize("status", [b"0", b"4294967294", b"99"])
+def test_another_status_than_python_s_is_told(log: bytes, status: bytes, tmp_path: Path) -> None:
+    """One that always was 0, or none of the header's, was right."""
+    asks, lines = b"", opened(log)
+    for i, line in enumerate(lines):
+        asks = line if line.startswith(b"ask") else asks
+        if line.startswith(b"f ") and b" esc thrusts" in asks:
+            words = line.split(b" ")
+            lines[i] = b" ".join([*words[:2], status, *words[3:]])
+    (tmp_path / "LOG").write_bytes(sealed(lines))
+    done = keep(tmp_path / "LOG", tmp_path / "run")
+    assert not done.good
+    assert any("esc on thrusts" in line and "another status" in line for line in done.said)
+
+
 @pytest.mark.parametrize(
     ("what", "becomes"),
     [
