@@ -27,14 +27,20 @@ def section(run: Run, drawn: frozenset[str]) -> str:
 
 
 def _vehicle(run: Run, vehicle: str) -> list[str]:
+    asked = run.sets(vehicle)
+    by_set = {name: {row.label: row for row in run.of(vehicle, name) if not row.failed} for name in asked}
     # On inactive demands the closed forms are the optimum, so no method loses anything by design.
-    sets = [name for name in run.sets(vehicle) if name != "inactive"] or run.sets(vehicle)
-    by_set = {name: {row.label: row for row in run.of(vehicle, name) if not row.failed} for name in sets}
-    leading = [name for name in run.leading(vehicle) if name in sets] or sets[:1]
+    hard = [name for name in asked if name != "inactive"] or asked
+    leading = [name for name in run.leading(vehicle) if name in hard] or hard[:1]
     rows = [row for name in leading for row in best(run, vehicle, name) if row.lost_wrench_max is not None]
     shown = list({row.label: row for row in reversed(rows)}.values())[::-1]
-    attainable = [name for name in sets if name != "infeasible"]
-    keeping = [row.label for row in shown if all(_keeps(by_set[name].get(row.label)) for name in attainable)]
+
+    def kept(label: str, sets: list[str]) -> bool:
+        return all(_keeps(by_set[name].get(label)) for name in sets if name != "infeasible")
+
+    keeping = [row.label for row in shown if kept(row.label, asked)]
+    # One that gives up on easy demands alone would have a row without a loss.
+    sets = asked if any(kept(row.label, hard) and row.label not in keeping for row in shown) else hard
     losing = [row for row in shown if row.label not in keeping or row.formulation == SCALED.name]
     lines: dict[tuple[str, ...], list[Row]] = {}  # methods that lose the same share a line
     for row in losing:
@@ -48,11 +54,11 @@ def _vehicle(run: Run, vehicle: str) -> list[str]:
         lines.setdefault(cells, []).append(row)
     if not lines:
         return []
-    asked = " and ".join(leading)
+    first = " and ".join(leading)
     headers = (
         "method",
         *(f"{name}: lost, worst" for name in sets),
-        *(f"{asked}: {what}" for what in ("turn [°]", "beyond limits", "effort")),
+        *(f"{first}: {what}" for what in ("turn [°]", "beyond limits", "effort")),
     )
     nothing = f"Nothing that is attainable is lost by {plain(', '.join(keeping))}.\n"
     body = [[_together(rows), *cells] for cells, rows in lines.items()]

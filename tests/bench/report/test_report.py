@@ -373,6 +373,24 @@ def test_methods_that_lose_the_same_share_a_line_and_those_that_lose_nothing_a_s
     assert "Nothing that is attainable is lost by nullspace.\n" in section
 
 
+@pytest.mark.parametrize("answered", [1.0, 0.9])
+def test_a_method_that_gives_up_on_what_a_closed_form_serves_has_a_line_of_its_own(
+    answered: float, tmp_path: Path
+) -> None:
+    """Of 30 % of the easy demands answered, the page said that nothing attainable is lost."""
+    cells = [lossy("clip", 0.2), lossy("qp", 0.0)]
+    for cell in cells[:]:
+        assert cell.judged is not None
+        share = answered if cell.key.method == "qp" else 1.0
+        loss = cell.judged.loss | {"lost_wrench_max": 0.0, "answered_share": share}
+        judged = msgspec.structs.replace(cell.judged, loss=loss)
+        key = msgspec.structs.replace(cell.key, demands="inactive")
+        cells.append(msgspec.structs.replace(cell, key=key, judged=judged))
+    text = detailed(made_up.record(tmp_path, made_up.header(), *cells))
+    assert ("Nothing that is attainable is lost by qp" in text) == (answered == 1)
+    assert ("(90.0 % answered)" in text) == ("inactive: lost, worst" in text) == (answered < 1)
+
+
 def test_a_method_beyond_its_limits_does_not_count_as_losing_nothing(tmp_path: Path) -> None:
     text = detailed(made_up.record(tmp_path, made_up.header(), lossy("pinv", 0.0, 0.1)))
     assert "Nothing that is attainable" not in text
