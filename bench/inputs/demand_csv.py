@@ -14,7 +14,7 @@ from alloc.vehicle import LARGEST
 from bench.inputs.columns import VOLTS, Column, assign
 from bench.inputs.csv_text import csv_text, is_number
 from bench.inputs.delimited import is_blank, read_table
-from bench.inputs.frames import frame_comment, id_column, ids_of, of_table
+from bench.inputs.frames import SAID, frame_column, frame_comment, id_column, ids_of, of_table
 from bench.inputs.log_limits import like_volts, limit_columns
 from bench.inputs.understood import like_angles, passed_over, understood, without_time
 from bench.inputs.units import SECONDS, TIME
@@ -38,7 +38,7 @@ class Demanded(NamedTuple):
     named : the names of the demands' columns
     doubt : what else may be wrong, in a line; empty for nothing
     shares : whether taus are known to be shares of what the vehicle can do [-]
-    converted : a column of the demands whose unit was another, which is N or N m now; empty for none
+    converted : (k,) names of columns whose unit was another, which is N or N m now; empty for others
     """
 
     t: FloatArray | None
@@ -51,7 +51,7 @@ class Demanded(NamedTuple):
     named: tuple[str, ...] = ()
     doubt: str = ""
     shares: bool = False
-    converted: str = ""
+    converted: tuple[str, ...] = ()
 
 
 def read_demands(
@@ -94,6 +94,7 @@ def read_demands(
     used += [] if rest is None else [(TIME, rest, LATEST)]
     named = tuple(found[axis].name for axis in dof)
     id_at, ids = id_column(table.header, named), set[str]()
+    frame_at = frame_column(table.header, id_at)
     numbers: list[list[float]] = []
     lines: list[int] = []
     blank = 0
@@ -106,7 +107,7 @@ def read_demands(
             blank += 1
             continue
         lines.append(line)
-        ids |= ids_of(row, id_at)
+        ids |= ids_of(row, id_at) | (ids_of(row, frame_at) & SAID)
         numbers.append([table.number(line, quantity, row[place], most) for quantity, place, most in used])
     if not numbers:
         raise DemandError(f"{path}: holds no demands; give one row a demand below the header")
@@ -121,7 +122,7 @@ def read_demands(
             f"{path}: line {lines[back[0] + 1]}: t goes back from {times[back[0]]:g} to"
             f" {times[back[0] + 1]:g} s; put rows in time order"
         )
-    said = understood(path, table, found, limits, unit, blank, also={id_at})
+    said = understood(path, table, found, limits, unit, blank, also={id_at, frame_at if ids else None})
     by_name = {
         name: values[:, len(found) + i] * column.factor for i, (name, column) in enumerate(limits.items())
     }
@@ -134,7 +135,7 @@ def read_demands(
         _without_volts(path, unread),
     )
     framed = of_table(path, table.frame, ids)
-    converted = next((found[axis].name for axis in dof if found[axis].factor != 1), "")
+    converted = tuple(found[axis].name if found[axis].factor != 1 else "" for axis in dof)
     doubt = "; ".join(filter(None, doubts))
     return Demanded(times, taus, said, by_name, *framed, named, doubt, converted=converted)
 

@@ -17,7 +17,7 @@ from bench.__main__ import cli
 from bench.demands import build_demands
 from bench.inputs.demand_csv import format_demands
 from bench.inputs.frames import of_id
-from bench.inputs.logs import LogOptions, read_log
+from bench.inputs.logs import LogOptions, log_for, read_log
 from tests.log_files import PLANAR, WRITERS, write_bag1, write_bag2, write_ulog
 
 BOX = """\
@@ -326,3 +326,22 @@ def test_frame_ids_of_another_message_say_nothing(tmp_path: Path) -> None:
 def test_a_frame_id_says_by_a_word_that_z_is_down(name: str, frame: str) -> None:
     """fsd is ahead, starboard, down: taken for z up, sway, heave, pitch and yaw changed their signs."""
     assert of_id(name) == frame
+
+
+@pytest.mark.parametrize(
+    ("name", "cell", "yaw", "said"),
+    [
+        ("frame", "flu", -3, "frame flu (as ROS has it, frame_id 'flu'), turned"),
+        ("coordinate_frame", "FRD", 3, "nothing turned"),
+        ("frame", "1042", 3, "left out: frame; frame frd (the file names none)"),  # of a camera
+        ("frame", "body", 3, "left out: frame; frame frd (the file names none)"),
+    ],
+)
+def test_a_column_called_frame_is_read_where_it_says_axes(
+    name: str, cell: str, yaw: float, said: str, tmp_path: Path
+) -> None:
+    """It said flu, and the program that the file names no frame; sway and yaw had the other sign."""
+    file = tmp_path / "log.csv"
+    file.write_text(f"{name},surge,sway,yaw\n{cell},1,2,3\n")
+    log = log_for(load_vehicle("ukwial"), file)
+    assert (log.taus[0, 2], said in log.said) == (yaw, True)

@@ -355,5 +355,6 @@ def test_a_unit_that_the_header_says_is_said_to_count_and_a_factor_on_top_is_dou
     assert plain.taus.tolist() == [[9.80665, 2, 3]]
     on_top = "'surge [kgf]' is in N or N m by its unit already; --scale multiplies that once more"
     assert (on_top in scaled.doubt, on_top in plain.doubt) == (True, False)
+    assert log_for(ukwial, file, LogOptions(scale=(1.0, 1.0, 0.01))).doubt == ""
     file.write_text("surge,sway [N],yaw [Nm]\n1,2,3\n")
     assert log_for(ukwial, file, LogOptions(scale=(9.80665, 1.0, 1.0))).doubt == ""
