@@ -99,6 +99,8 @@ def header(block: LogBlock) -> LogHeader:
     for method, kernel in kernels.items():
         if method != esc.METHOD:
             recipe(kernel.twin)
+            if not kernel.solver and method.partition("@")[0] != kernel.twin:
+                raise ValueError(f"method {method}, which is {kernel.twin}")
         elif not vehicle.esc:
             raise ValueError(f"method {method} of a vehicle without ESCs")
     if not kernels or not {kernel.solver for kernel in kernels.values()} <= {"", *rivals.names()}:

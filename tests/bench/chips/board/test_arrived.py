@@ -150,6 +150,7 @@ def test_a_log_as_a_terminal_or_powershell_saves_it_is_the_same_log(log: bytes, 
 FORGED: tuple[tuple[bytes, bytes], ...] = (
     (rb"fact method pinv@native (\S+) -", rb"fact method pinv@native \1 ../../x"),
     (rb"fact method pinv@native (\S+) -", rb"fact method pinv@native \1 os"),
+    (rb"fact method pinv@native (\S+) -", rb"fact method walsh@native \1 -"),
     (rb"fact method pinv@native \S+ -", b"fact method pinv@native pi\x00nv -"),
     (rb"fact method pinv@native (\S+) -", b"fact method pinv@native none -"),
     (rb"fact demands inactive \S+", b"fact demands inactive " + b"a" * 5000),
