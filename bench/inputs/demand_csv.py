@@ -14,7 +14,7 @@ from alloc.vehicle import LARGEST
 from bench.inputs.columns import VOLTS, Column, assign
 from bench.inputs.csv_text import csv_text, is_number
 from bench.inputs.delimited import is_blank, read_table
-from bench.inputs.frames import SAID, frame_column, frame_comment, id_column, ids_of, of_table
+from bench.inputs.frames import axes_of, frame_column, frame_comment, id_column, ids_of, of_table
 from bench.inputs.log_limits import like_volts, limit_columns
 from bench.inputs.understood import like_angles, passed_over, understood, without_time
 from bench.inputs.units import SECONDS, TIME
@@ -107,7 +107,7 @@ def read_demands(
             blank += 1
             continue
         lines.append(line)
-        ids |= ids_of(row, id_at) | (ids_of(row, frame_at) & SAID)
+        ids |= ids_of(row, id_at) | axes_of(row, frame_at)
         numbers.append([table.number(line, quantity, row[place], most) for quantity, place, most in used])
     if not numbers:
         raise DemandError(f"{path}: holds no demands; give one row a demand below the header")

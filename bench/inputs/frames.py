@@ -46,8 +46,8 @@ def fixed(frame_id: str) -> bool:
 _ID = re.compile(r"(?P<message>.*?)(?:header[./_])?frame_?id", re.IGNORECASE)
 """A column with ROS's frame_id, behind the name of its message."""
 _FRAME = re.compile(r"(?:coord\w*_)?frame", re.IGNORECASE)
-SAID = {"frd", "fsd", "flu", "ned", "enu"}
-"""What a column of that name says of axes; anything else there may be no frame of these."""
+_AXES = re.compile(r"(\b|_|base|body|link)(ned|frd|fsd|flu|enu)(\b|_)|^base_link", re.IGNORECASE)
+"""What a column of that name says of axes; anything else there, as a number, may be no frame of these."""
 
 
 def id_column(header: Sequence[str], names: Sequence[str]) -> int | None:
@@ -63,6 +63,11 @@ def frame_column(header: Sequence[str], id_at: int | None) -> int | None:
     """Which column is called ``frame`` and may say one, where none has a frame_id; a camera counts others."""
     named = [i for i, column in enumerate(header) if _FRAME.fullmatch(column)]
     return named[0] if named and id_at is None else None
+
+
+def axes_of(cells: Sequence[str], at: int | None) -> set[str]:
+    """What the column ``frame`` says in a row, as ``ids_of``; none where that is no frame's name."""
+    return {name for name in ids_of(cells, at) if _AXES.search(name)}
 
 
 def ids_of(cells: Sequence[str], at: int | None) -> set[str]:

@@ -103,6 +103,10 @@ def show(directory: Path, console: Console) -> bool:
         say(f"not installed: {', '.join(absent)}; `thrustbench list` says how to get them")
     for line in (said for capability in run.record.capabilities for said in not_counted(capability)):
         say(line)
+    plugins = {method.name for method in run.record.methods if method.plugin}
+    for row in rows:
+        if row.method in plugins and row.status == "refused":
+            say(f"{row.label} on {row.vehicle}, {row.demands} demands: refused: {row.reason}")
     for line in objections(rows):
         say(line, style="red")
     return not objections(row for row in rows if not _is_rival(row))

@@ -11,7 +11,7 @@ from alloc.errors import DemandError
 from bench.inputs.columns import VOLTS, Column, assign
 from bench.inputs.delimited import TABLES, is_blank, read_table
 from bench.inputs.demand_csv import seconds
-from bench.inputs.frames import SAID, frame_column, id_column, ids_of, of_table
+from bench.inputs.frames import axes_of, frame_column, id_column, ids_of, of_table
 from bench.inputs.log_limits import FAR, IN_MILLIVOLTS, like_volts, limit_columns
 from bench.inputs.outputs import Outputs
 from bench.inputs.understood import attitude, like_angles, passed_over, understood, without_time
@@ -65,7 +65,7 @@ def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None)
             blank += 1
             alone += not is_blank(cells[places[axis]] for axis in asked)
             continue
-        ids |= ids_of(cells, id_at) | (ids_of(cells, frame_at) & SAID)
+        ids |= ids_of(cells, id_at) | axes_of(cells, frame_at)
         unasked = set(asked) if is_blank(cells[places[axis]] for axis in asked) else set()
         rows.append(
             [

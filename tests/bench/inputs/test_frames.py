@@ -332,6 +332,7 @@ def test_a_frame_id_says_by_a_word_that_z_is_down(name: str, frame: str) -> None
     ("name", "cell", "yaw", "said"),
     [
         ("frame", "flu", -3, "frame flu (as ROS has it, frame_id 'flu'), turned"),
+        ("frame", "body_flu", -3, "frame flu (as ROS has it, frame_id 'body_flu'), turned"),
         ("coordinate_frame", "FRD", 3, "nothing turned"),
         ("frame", "1042", 3, "left out: frame; frame frd (the file names none)"),  # of a camera
         ("frame", "body", 3, "left out: frame; frame frd (the file names none)"),

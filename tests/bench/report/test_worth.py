@@ -1,16 +1,18 @@
 """Methods worth considering: what their answers are, in words, and what they serve."""
 
+from io import StringIO
 from pathlib import Path
 
 import pytest
 from msgspec.structs import replace
+from rich.console import Console
 
 from bench.record import Authority, Capability, Judged, Line, Method, Served
 from bench.report.readme import served_share
 from bench.report.sections import failures
 from bench.report.sections.headline import fastest_exact
 from bench.report.sections.worth import answers, section
-from bench.report.terminal import _verdict, objections
+from bench.report.terminal import _verdict, objections, show
 from bench.results.columns import Row
 from bench.results.ranking import off
 from bench.results.rows import Run, read_run
@@ -113,6 +115,17 @@ def test_a_plug_in_that_is_too_far_off_on_two_sets_is_so_in_each_row_of_its_own(
     rows = run_of(tmp_path, Method(name="mine", formulation="hard", plugin=True), far, on_inactive).rows
     assert {row.wrong for row in rows} == {"farther from the optimum than promised"}
     assert _verdict(list(rows)) == "no, 2x"  # once each, and not as wrong beside it
+
+
+@pytest.mark.parametrize("plugin", [True, False])
+def test_why_a_plug_in_was_not_asked_is_on_the_terminal_too(tmp_path: Path, plugin: bool) -> None:
+    """It had "1 refused" there, and the remedy stood in report.md alone."""
+    gone = made_up.cell("mine", status="refused", reason="add f_min and f_max", batches=[], judged=None)
+    method = Method(name="mine", plugin=plugin)
+    made_up.record(tmp_path, made_up.header(), method, made_up.problem("ukwial"), replace(gone, singles=[]))
+    output = StringIO()
+    show(tmp_path, Console(file=output, width=200))
+    assert ("mine on ukwial, inactive demands: refused: add f_min and f_max" in output.getvalue()) == plugin
 
 
 def test_what_is_wrong_beside_a_set_that_is_refused_is_said_in_its_row(tmp_path: Path) -> None:
