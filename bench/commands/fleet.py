@@ -27,6 +27,7 @@ def command(ctx: click.Context, scheduler: str, out: Path, limit: float, options
     from bench.fleet.cluster import cluster, wait_for_workers
     from bench.fleet.lead import folders, hosts, keep, run_fleet
     from bench.fleet.parcel import pack
+    from bench.record import read
     from bench.report import render
     from bench.report.terminal import KEPT, objections, tell
     from bench.results.rows import read_run
@@ -44,18 +45,16 @@ def command(ctx: click.Context, scheduler: str, out: Path, limit: float, options
         with console.status("") as status:
             back = list(run_fleet(client, fleet, parcel, limit, status.update))
     back.sort()
-    said: dict[str, None] = {}
     good = [(host, run) for host, run in back if not run.reason]
     kept = [out / name for name in folders(good)]
     for (_, run), folder in zip(good, kept, strict=True):
         if keep(run, folder):
             tell(console, KEPT.format(folder=folder))
         tell(console, f"Report: {render(folder)}")
-        kept_run = read_run(folder)
-        said |= dict.fromkeys(kept_run.record.said)
-        for line in objections(kept_run.rows) if run.code else ():
+        for line in objections(read_run(folder).rows) if run.code else ():
             tell(console, line, style="red")
-    for line in said:  # every host reads the same logs
+    # Each host reads the same logs.
+    for line in dict.fromkeys(line for folder in kept for line in read(folder).said):
         tell(console, line)
     if len(kept) > 1:
         together = render(*kept, out=out / "fleet")

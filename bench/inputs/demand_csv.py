@@ -14,7 +14,7 @@ from alloc.vehicle import LARGEST
 from bench.inputs.columns import VOLTS, Column, assign
 from bench.inputs.csv_text import csv_text, is_number
 from bench.inputs.delimited import is_blank, read_table
-from bench.inputs.frames import axes_of, frame_column, frame_comment, id_column, ids_of, of_table
+from bench.inputs.frames import frame_comment, id_column, of_table
 from bench.inputs.log_limits import like_volts, limit_columns
 from bench.inputs.understood import like_angles, passed_over, understood, without_time
 from bench.inputs.units import SECONDS, TIME
@@ -93,8 +93,7 @@ def read_demands(
     rest = found[TIME].rest if TIME in found else None
     used += [] if rest is None else [(TIME, rest, LATEST)]
     named = tuple(found[axis].name for axis in dof)
-    id_at, ids = id_column(table.header, named), set[str]()
-    frame_at = frame_column(table.header, id_at)
+    framing, ids = id_column(table.header, named), set[str]()
     numbers: list[list[float]] = []
     lines: list[int] = []
     blank = 0
@@ -107,7 +106,7 @@ def read_demands(
             blank += 1
             continue
         lines.append(line)
-        ids |= ids_of(row, id_at) | axes_of(row, frame_at)
+        ids |= framing.ids(row)
         numbers.append([table.number(line, quantity, row[place], most) for quantity, place, most in used])
     if not numbers:
         raise DemandError(f"{path}: holds no demands; give one row a demand below the header")
@@ -122,7 +121,7 @@ def read_demands(
             f"{path}: line {lines[back[0] + 1]}: t goes back from {times[back[0]]:g} to"
             f" {times[back[0] + 1]:g} s; put rows in time order"
         )
-    said = understood(path, table, found, limits, unit, blank, also={id_at, frame_at if ids else None})
+    said = understood(path, table, found, limits, unit, blank, also={framing.read(ids)})
     by_name = {
         name: values[:, len(found) + i] * column.factor for i, (name, column) in enumerate(limits.items())
     }

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence, Set
 from pathlib import Path
+from typing import NamedTuple
 
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
@@ -50,29 +51,37 @@ _AXES = re.compile(r"(\b|_|base|body|link)(ned|frd|fsd|flu|enu)(\b|_)|^base_link
 """What a column of that name says of axes; anything else there, as a number, may be no frame of these."""
 
 
-def id_column(header: Sequence[str], names: Sequence[str]) -> int | None:
-    """Which column has the frame_id of the message that the columns of these names belong to, if any."""
+class IdColumn(NamedTuple):
+    """A column that says the frame of demands.
+
+    Attributes
+    ----------
+    place : which one it is, from 0; None where there is none
+    other : whether it may hold other things too, as one called ``frame`` does a camera's count
+    """
+
+    place: int | None = None
+    other: bool = False
+
+    def ids(self, cells: Sequence[str]) -> set[str]:
+        """The frame_id in a row, in small letters; none where the cell is empty, or says something else."""
+        name = "" if self.place is None else cells[self.place].strip().lower()
+        return {name} if name and (not self.other or _AXES.search(name)) else set()
+
+    def read(self, ids: Set[str]) -> int | None:
+        """Its place, unless it may hold other things and no row had one of the ``ids``."""
+        return None if self.other and not ids else self.place
+
+
+def id_column(header: Sequence[str], names: Sequence[str]) -> IdColumn:
+    """The column of the frame_id of the message that columns of these names belong to, else ``frame``."""
     for i, column in enumerate(header):
         match = _ID.fullmatch(column)
         if match and any(name.startswith(match["message"]) for name in names):
-            return i
-    return None
-
-
-def frame_column(header: Sequence[str], id_at: int | None) -> int | None:
-    """Which column is called ``frame`` and may say one, where none has a frame_id; a camera counts others."""
-    named = [i for i, column in enumerate(header) if _FRAME.fullmatch(column)]
-    return named[0] if named and id_at is None else None
-
-
-def axes_of(cells: Sequence[str], at: int | None) -> set[str]:
-    """What the column ``frame`` says in a row, as ``ids_of``; none where that is no frame's name."""
-    return {name for name in ids_of(cells, at) if _AXES.search(name)}
-
-
-def ids_of(cells: Sequence[str], at: int | None) -> set[str]:
-    """The frame_id in a row, in small letters; none where the cell is empty, or no column has one."""
-    return set() if at is None else {cells[at].strip().lower()} - {""}
+            return IdColumn(i)
+    return next(
+        (IdColumn(i, other=True) for i, name in enumerate(header) if _FRAME.fullmatch(name)), IdColumn()
+    )
 
 
 def of_ids(path: Path, ids: Set[str]) -> tuple[str, str, str]:

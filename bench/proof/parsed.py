@@ -62,11 +62,6 @@ class Unit(NamedTuple):
         """The functions with a loop that data end."""
         return {name for name, function in self.functions.items() if loops(function)}
 
-    @property
-    def kept(self) -> set[str]:
-        """The variables that outlive a call and can change."""
-        return kept(self.text)
-
 
 def read(of: Subject) -> Unit:
     """The kernel's C, parsed; raises NotRead, ToolError without a compiler."""
@@ -153,7 +148,7 @@ def _varies(node: Any) -> bool:
     """
     if not isinstance(node, c_ast.Decl) or isinstance(node.type, c_ast.FuncDecl | c_ast.Enum):
         return False
-    if node.name is None:  # the type of a struct
+    if node.name is None:  # a struct's type, and no variable of it
         return False
     of = node.type
     while isinstance(of, c_ast.ArrayDecl):

@@ -157,12 +157,12 @@ def log_for(vehicle: Vehicle, path: Path, options: LogOptions | None = None) -> 
 def _twice(path: Path, table: Demanded, options: LogOptions) -> str:
     """A doubt about a factor on top of one that a column's unit says."""
     factors = options.scale * (len(table.converted) if len(options.scale) == 1 else 1)
-    twice = [
-        name[:40] for name, factor in zip(table.converted, factors, strict=False) if name and factor != 1
-    ]
-    if not twice:
+    # ``_scaled`` refuses a scale of another length.
+    pairs = zip(table.converted, factors, strict=False)
+    name = next((name[:40] for name, factor in pairs if name and factor != 1), "")
+    if not name:
         return ""
-    return f"{path.name}: {twice[0]!r} is in N or N m by its unit already; --scale multiplies that once more"
+    return f"{path.name}: {name!r} is in N or N m by its unit already; --scale multiplies that once more"
 
 
 def _doubting(log: Demanded, doubt: str) -> Demanded:

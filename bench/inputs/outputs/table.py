@@ -11,7 +11,7 @@ from alloc.errors import DemandError
 from bench.inputs.columns import VOLTS, Column, assign
 from bench.inputs.delimited import TABLES, is_blank, read_table
 from bench.inputs.demand_csv import seconds
-from bench.inputs.frames import axes_of, frame_column, id_column, ids_of, of_table
+from bench.inputs.frames import id_column, of_table
 from bench.inputs.log_limits import FAR, IN_MILLIVOLTS, like_volts, limit_columns
 from bench.inputs.outputs import Outputs
 from bench.inputs.understood import attitude, like_angles, passed_over, understood, without_time
@@ -53,8 +53,7 @@ def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None)
     if TIME in found and (rest := found[TIME].rest) is not None:
         places[REST] = rest
     named = tuple(found[axis].name for axis in asked)
-    id_at, ids = id_column(table.header, named), set[str]()
-    frame_at = frame_column(table.header, id_at)
+    framing, ids = id_column(table.header, named), set[str]()
     rows, blank, alone = [], 0, 0
     for line, cells in table.rows:
         if len(cells) != len(table.header):
@@ -65,7 +64,7 @@ def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None)
             blank += 1
             alone += not is_blank(cells[places[axis]] for axis in asked)
             continue
-        ids |= ids_of(cells, id_at) | axes_of(cells, frame_at)
+        ids |= framing.ids(cells)
         unasked = set(asked) if is_blank(cells[places[axis]] for axis in asked) else set()
         rows.append(
             [
@@ -79,10 +78,7 @@ def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None)
         t, unit = seconds(values[TIME], table.stamped(found[TIME]), values.get(REST))
     if t is not None and (np.diff(t) < 0).any():
         raise DemandError(f"{path}: times in {found[TIME].name[:40]!r} go back; sort the rows")
-    said = (
-        understood(path, table, found, volts, unit, also={*commands, id_at, frame_at if ids else None})
-        or path.name
-    )
+    said = understood(path, table, found, volts, unit, also={*commands, framing.read(ids)}) or path.name
     said += f"{';' if ': ' in said else ':'} {names[0]} … {names[-1]} are the commands"
     if blank:
         said += f"; {blank} rows without commands"

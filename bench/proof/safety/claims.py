@@ -9,7 +9,7 @@ from bench.chips.toolchain import ToolError
 from bench.proof import tools
 from bench.proof.altered import of_all_branches
 from bench.proof.not_read import NotRead
-from bench.proof.parsed import of_one_branch, read
+from bench.proof.parsed import kept, of_one_branch, read
 from bench.proof.proof import Claim
 from bench.proof.safety import eva, limits
 from bench.proof.safety.harness import harness
@@ -71,13 +71,13 @@ def _functions(of: Subject) -> tuple[set[str], set[str]]:
 
 
 def _stateless(of: Subject) -> Claim:
-    return stateless(STATELESS, lambda: read(of).kept)
+    return stateless(STATELESS, lambda: kept(read(of).text))
 
 
-def stateless(claim: str, kept: Callable[[], set[str]]) -> Claim:
-    """The claim that no variable of some C is ``kept`` from one call to the next."""
+def stateless(claim: str, found: Callable[[], set[str]]) -> Claim:
+    """The claim that no variable of some C, as those ``found``, is kept from one call to the next."""
     try:
-        words = [f"{name} outlives a call, and can change" for name in sorted(kept())]
+        words = [f"{name} outlives a call, and can change" for name in sorted(found())]
     except (NotRead, ToolError) as reason:
         words = [str(reason)]
     return Claim(claim=claim, verdict="not shown" if words else "shown", by="the C, read", words=words)
