@@ -1,4 +1,4 @@
-"""What an allocator is, and what it answers."""
+"""Allocators and their results."""
 
 from enum import IntEnum
 from math import hypot, nan
@@ -28,7 +28,7 @@ the largest |T P f - (w + share Delta)| of an answer with shares."""
 
 
 class Status(IntEnum):
-    """What an allocator claims about its answer; the judge checks the claim."""
+    """Claim of an allocator about its answer; the judge checks the claim."""
 
     SOLVED = 0
     """The wrench is met within the method's stated tolerance, inside the limits it promises."""
@@ -63,7 +63,7 @@ class Allocation(NamedTuple):
 
     @property
     def found(self) -> bool:
-        """Whether ``f`` holds thrusts: with SOLVED, and with PARTIAL, which meets the wrench in part."""
+        """True if ``f`` holds thrusts: with SOLVED, and with PARTIAL, which meets the wrench in part."""
         return self.status <= Status.PARTIAL
 
     def __bool__(self) -> bool:
@@ -91,7 +91,7 @@ class Allocator(Protocol):
 
     @property
     def limited(self) -> bool:
-        """Whether the allocator promises thrusts inside the limits."""
+        """True if the allocator promises thrusts inside the limits."""
         ...
 
     @property
@@ -123,11 +123,11 @@ class TwoStage(Protocol):
     def pose(
         self, tau: FloatArray, f_min: FloatArray | None = None, f_max: FloatArray | None = None, /
     ) -> tuple[FloatArray, ...]:
-        """What a wrench ``tau`` (k,) [N, N m] and limits (n,) [N] change in the QP: what ``solve`` takes."""
+        """Arguments of ``solve`` for a wrench ``tau`` (k,) [N, N m] and limits (n,) [N]."""
         ...
 
     def solve(self, *posed: FloatArray) -> object:
-        """What the solver's binding returns for what ``pose`` made; the method does nothing but that call."""
+        """Call the solver's binding with the result of ``pose``; nothing else is done."""
         ...
 
 

@@ -215,7 +215,7 @@ PROMISES = ("formulation", "limited", "tolerance")
 
 
 def _built(path: Path, module: ModuleType, vehicle: Vehicle, **options: Any) -> Allocator:
-    """What a plug-in's build returns, as an allocator; raises PluginError where it is none."""
+    """Allocator from a plug-in's build; raises PluginError if build returned anything else."""
     made = module.build(vehicle, **options)
     if not callable(made):
         raise PluginError(
@@ -238,7 +238,7 @@ def _built(path: Path, module: ModuleType, vehicle: Vehicle, **options: Any) -> 
 
 
 def _own_rule(name: str) -> str:
-    """What the rule of a file that declares none is called: as the file, unless that is nearly a formulation.
+    """Formulation of a file that declares none: the file's name, unless a formulation's name is close to it.
 
     A file ``scale`` is held to no optimum, and misspells no ``scaled`` either.
     """

@@ -1,4 +1,4 @@
-"""What a method, formulation or solver of your own needs, beside what ``alloc`` itself offers."""
+"""Names for a method, formulation or solver of your own, beside those of ``alloc``."""
 
 from alloc.allocation import (
     BoolArray,

@@ -60,7 +60,7 @@ def _call(
 
 
 def _limited(program: Program, limits: Where) -> bool:
-    """Whether it is for many faults and looks at limits of the call."""
+    """True if the program is for many faults and takes limits of the call."""
     return bool(program.faults) and limits == "call" and not _read(program).isdisjoint(("f_min", "f_max"))
 
 

@@ -75,7 +75,7 @@ def shared_library(
 
 
 def _compiled(name: str, sources: Mapping[str, str], flags: Sequence[str], suffix: str) -> Path:
-    """What the compiler makes of these sources with these flags.
+    """Compile these sources with these flags.
 
     The file's name carries a hash of all that its content depends on. The file is moved into place whole, so
     processes that compile at the same time, or are killed meanwhile, leave no torn file.
@@ -113,7 +113,7 @@ def _compiled(name: str, sources: Mapping[str, str], flags: Sequence[str], suffi
 
 @cache
 def processor() -> str:
-    """What the compiler knows of this processor under NATIVE; empty where it does not take that."""
+    """The compiler's name for this processor under NATIVE; empty where it does not accept that flag."""
     command = [*compiler(), *NATIVE, "-dM", "-E", "-x", "c", os.devnull]
     known = subprocess.run(command, capture_output=True, text=True, check=False)
     return "" if known.returncode else known.stdout

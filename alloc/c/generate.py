@@ -78,7 +78,7 @@ def programs(
     faults: Faults = "one",
     limits: Where = "fixed",
 ) -> dict[int, Program]:
-    """What the kernel calculates for the whole vehicle, -1, and with each one thruster off.
+    """Programs of the whole vehicle, -1, and with each one thruster off.
 
     Of ``faults`` "all" one program is that of many; each has its own after which a direction is lost.
     """

@@ -39,13 +39,13 @@ class Recipe:
     make_for_all: Callable[[Vehicle, Where, Scalar], Program] | None
 
     def program(self, vehicle: Vehicle, limits: Where = "fixed", scalar: Scalar = "double") -> Program:
-        """What it calculates for a vehicle; raises NotApplicable, with the reason, where it can't."""
+        """The method's program for a vehicle; raises NotApplicable, with the reason, where there is none."""
         return _made(self, vehicle, limits, scalar)
 
     def program_for_all(
         self, vehicle: Vehicle, limits: Where = "fixed", scalar: Scalar = "double"
     ) -> Program:
-        """What it calculates for a vehicle and many faults; raises NotApplicable as ``program`` does."""
+        """The method's program for many faults of a vehicle; raises NotApplicable as ``program`` does."""
         if self.make_for_all is None:
             raise NotApplicable(f"{self.name}: has no one function for all faults; leave out --faults all")
         if scalar == "float":
@@ -58,7 +58,7 @@ class Recipe:
 
     @property
     def limited(self) -> bool:
-        """Whether it looks at limits, and so at whether its arguments are finite."""
+        """True if the kernel compares with limits, and so checks that its arguments are finite."""
         return NOT_FINITE in self.meanings
 
 

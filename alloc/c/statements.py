@@ -240,11 +240,11 @@ class Statements:
         return called(CALLED[kind], self.program.scalar)
 
     def clamped(self, inner: Node) -> bool:
-        """Whether what a minimum is taken of is a maximum that nothing else asks for."""
+        """True if a minimum is taken of a maximum that nothing else uses."""
         return inner not in self._names and self.program.nodes[inner][0] == "max"
 
     def looks(self, node: Node) -> bool:
-        """Whether a condition looks at arguments in a loop."""
+        """True if a condition reads arguments in a loop."""
         operation = self.program.nodes[node]
         if operation[0] in ("and", "or", "not"):
             return any(self.looks(each) for each in operands(operation))

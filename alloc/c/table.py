@@ -27,7 +27,7 @@ class Table:
 
     @property
     def rows(self) -> list[tuple[str, ...]]:
-        """What each fault has its own of, a row a fault; none where nothing differs."""
+        """Constants that differ between faults, a row a fault; empty where nothing differs."""
         return list(zip(*self._columns, strict=True))
 
     def define(self) -> list[str]:

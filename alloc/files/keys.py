@@ -48,7 +48,7 @@ def convert(
 
 
 def _in_words(what: str, kinds: Sequence[Any], form: str) -> tuple[Callable[[Any], bool], str, str]:
-    """What msgspec says of a value: which values it may mean, what is wrong with one, and the remedy."""
+    """Error of msgspec in words: the value found, the values expected, the remedy."""
     if enum := re.fullmatch("(?s)Invalid enum value '(.*)'", what):
         values = ", ".join(str(value) for kind in kinds for value in getattr(kind, "values", ()))
         return lambda value: value == enum[1], f"there is no '{_brief(enum[1])}'", f"give one of {values}"

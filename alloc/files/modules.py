@@ -1,4 +1,4 @@
-"""What a folder of modules holds: each is found by its file's name, so nothing is registered."""
+"""Modules of a folder, found by file name, so that nothing is registered."""
 
 import pkgutil
 from importlib import import_module

@@ -23,7 +23,7 @@ _CORE = "tag:yaml.org,2002:"
 
 @dataclass(frozen=True)
 class YamlTree:
-    """What a YAML file holds.
+    """Content of a YAML file.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What a right answer is: each file holds one FORMULATION and is found by its file name.
+"""Formulations: each file defines one right answer as FORMULATION and is found by its file name.
 
 An underscore in the file's name is a hyphen in the formulation's.
 
@@ -127,7 +127,7 @@ class Formulation:
     pose: Callable[..., Posed] | None = None
 
     def optimal_for(self, vehicle: Vehicle) -> bool:
-        """Whether that holds of this vehicle too: groups of its file that share thrusters take turns."""
+        """True if answers are optimal for this vehicle too: groups that share thrusters take turns."""
         if not (self.optimal and self.way and vehicle.groups):
             return self.optimal
         return min(self.way(vehicle).keep) == 1.0

@@ -4,12 +4,11 @@ The axes of the vehicle's first level go towards the demand while the others sta
 second level from where the first stopped, and so on. An attainable demand may be met in part: what the axes
 of one level ask for alone can be out of reach although all together are not, and a level that others follow
 leaves one per cent of its way to the edge. Where a failure takes a direction away, other axes may go along
-(``alloc.reach.levels.OWN``). The field calls such rules prioritized allocation.
+(``alloc.reach.way.OWN``). The field calls such rules prioritized allocation.
 """
 
 from alloc.formulations import EXACT_METHODS, EndOf, Family, Formulation
-from alloc.reach.levels import KEEP
-from alloc.reach.way import Way
+from alloc.reach.way import KEEP, Way
 from alloc.vehicle import Vehicle
 
 

@@ -6,8 +6,7 @@ share thrusters go one after the other, as the levels of priority do.
 """
 
 from alloc.formulations import EXACT_METHODS, EndOf, Family, Formulation
-from alloc.reach.levels import groups, keeps
-from alloc.reach.way import Way
+from alloc.reach.way import Way, groups, keeps
 from alloc.vehicle import Vehicle
 
 

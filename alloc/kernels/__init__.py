@@ -1,1 +1,1 @@
-"""What the programs of methods are put together from: closed forms, the exact answer, the way to a demand."""
+"""Parts of methods' programs: closed forms, the exact answer, the way to a demand."""

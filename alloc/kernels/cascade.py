@@ -46,7 +46,7 @@ def frozen(spare: float, builder: Builder, x: dict[int, Expression]) -> Ruled:
 
 
 def _working(builder: Builder, x: dict[int, Expression]) -> dict[int, Expression]:
-    """What thrusts are multiplied by, so that the C shows that a thruster which is off has zero.
+    """Factors of the thrusts, 0 for a thruster that is off, so that the C shows its thrust to be zero.
 
     What the loop makes is an interval to an analyser. Limits of zero show it, where these are by fault.
     """

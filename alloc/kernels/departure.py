@@ -1,4 +1,4 @@
-"""Where the way towards a demand begins: thrusts f0, and what remains of tau there."""
+"""Start of the way towards a demand: thrusts f0, and what remains of tau there."""
 
 import numpy as np
 

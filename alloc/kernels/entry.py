@@ -1,4 +1,4 @@
-"""What every kernel that knows limits begins with: T* tau, and what is refused before a thrust is written."""
+"""Entry of every kernel that knows limits: T* tau, and refusals before a thrust is written."""
 
 from collections.abc import Iterable, Sequence
 from functools import reduce
@@ -40,7 +40,7 @@ def refined(builder: Builder, G: FloatArray, x: dict[int, Expression]) -> dict[i
 
 
 class SeenArguments:
-    """What the steps so far have summed up of the arguments: no sum is finite if one of them is not.
+    """Sum of the arguments that the steps so far have read: not finite if one of them is not.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class SeenArguments:
         self._known = {(TAU, j): value for j, value in enumerate(builder.tau)}
 
     def know(self, level: int, values: dict[int, Expression]) -> None:
-        """What each thruster's step of a level is."""
+        """Record each thruster's step of a level."""
         self._known |= {(level, i): value for i, value in values.items()}
 
     def add(self, rows: Sequence[int], name: str) -> None:

@@ -38,7 +38,7 @@ LARGEST_FACTOR = 4.0
 
 
 class Piece(NamedTuple):
-    """What one part of the thrusters adds to the kernel: a block of the null space, or those that no z moves.
+    """Part of the kernel for some of the thrusters: a block of the null space, or those that no z moves.
 
     Attributes
     ----------
@@ -116,7 +116,7 @@ def piece(
     limits: Limits,
     zero: Number = 0.0,
 ) -> Piece:
-    """What one block adds, whose names end in ``name``; nothing is refused where the slack [N] is infinite.
+    """Piece of one block, its names ending in ``name``; nothing is refused where the slack [N] is infinite.
 
     ``zero`` says where z of a block of one dimension is zero, if x is not G tau but any thrusts that make
     tau.

@@ -14,7 +14,7 @@ import numpy as np
 from alloc.allocation import FloatArray, Status
 from alloc.kernels.tolerance import met_as_calculated
 from alloc.kernels.walk import Walk
-from alloc.nullspace.exact import exact
+from alloc.nullspace.allocator import exact
 from alloc.nullspace.structure import decompose
 from alloc.program import Builder, Expression, Limits, Number, least, most, select, size
 from alloc.program.sums import gathered, signed
@@ -140,13 +140,13 @@ def _units(builder: Builder, gaps: list[Gap]) -> tuple[dict[float, list[Gap]], f
 
 
 def _magnified(builder: Builder) -> bool:
-    """Whether thrusts are known to go beyond limits by more than they may: by steps in single precision."""
+    """True if steps in single precision may carry thrusts farther beyond limits than is permitted."""
     blocks = decompose(builder.vehicle).blocks
     return builder.scalar == "float" and any(block.N.shape[1] > 1 for block in blocks)
 
 
 def _missed(builder: Builder, outside: dict[int, Expression]) -> Expression:
-    """What thrusts so far outside of limits [N] miss of any axis at most, over half of what SOLVED may."""
+    """Wrench error of thrusts so far outside of limits [N], over half of what SOLVED may miss."""
     vehicle = builder.vehicle
     A = np.abs(vehicle.TP) / vehicle.wrench_scale[:, None]
     by = A.max(axis=0)[list(outside)] / (met_as_calculated(vehicle, builder.scalar) / 2)

@@ -28,7 +28,7 @@ def taken(along: Expression, ahead: Number, astern: Number) -> Expression:
 
 
 def values(number: Number) -> tuple[float, ...]:
-    """What a number is, of each fault where these have their own; empty where it is not known beforehand."""
+    """A number's value for each fault that has its own; empty where it is not known beforehand."""
     return number.graph.known(number.node) if isinstance(number, Expression) else (number,)
 
 
@@ -92,7 +92,7 @@ class FacetMargins:
         return margin.graph.of_each(left)
 
     def load(self, along: Expression, group: list[tuple[int, bool]], tiny: Number) -> Expression:
-        """What a step takes of the least margin that one of these pairs leaves it.
+        """Share of the least margin of these pairs that a step uses up.
 
         ``along`` is how far it goes along the pairs' normals, or where a pair is turned their opposites, and
         what is smaller than ``tiny`` is rounding. Nothing of no margin is NaN, which compares and the FPU's

@@ -90,7 +90,7 @@ def without(builder: Builder, x: dict[int, Expression], inverse: Inverse) -> Wit
 
 
 class Reachable(NamedTuple):
-    """What a fault leaves of a demand, of one program for many faults.
+    """Part of a demand that a fault leaves reachable, in one program for many faults.
 
     Attributes
     ----------

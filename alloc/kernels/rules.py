@@ -28,7 +28,7 @@ MEANINGS = {
 
 
 class Ruled(NamedTuple):
-    """What a rule of practice makes of x = T* tau.
+    """Answer of a rule of practice to x = T* tau.
 
     Attributes
     ----------
@@ -132,7 +132,7 @@ def _missed(
 
 
 def _lost(builder: Builder, share: FloatArray, changed: off.Without | None) -> list[Terms]:
-    """What a fault that loses a direction takes of the rows of T f - tau, in ``units``."""
+    """Rows of T f - tau, in ``units``, that a fault loses."""
     vehicle = builder.vehicle
     rows: list[Terms] = [[] for _ in vehicle.dof]
     if changed:

@@ -38,7 +38,7 @@ class Strip(NamedTuple):
 
     @property
     def ends(self) -> tuple[Number, Number]:
-        """What a'z must lie between."""
+        """Bounds on a'z."""
         return (
             (self.low, self.high) if self.start is None else (self.low - self.start, self.high - self.start)
         )

@@ -1,4 +1,4 @@
-"""What counts as met in C of either scalar, and which vehicles single precision can hold."""
+"""Tolerances of C in either scalar, and vehicles that single precision can hold."""
 
 from alloc.allocation import EXACT_TOLERANCE, WRENCH_TOLERANCE
 from alloc.errors import NotApplicable
@@ -24,13 +24,13 @@ DOUBLE = 2.0**-53
 
 
 def rounds(vehicle: Vehicle, scalar: Scalar) -> bool:
-    """Whether rounding of T* takes that much of a wrench that a second product pays."""
+    """True if rounding of T* costs so much of a wrench that a second product pays."""
     unit = SINGLE if scalar == "float" else DOUBLE
     return unit * condition(vehicle) > HELD[scalar] / 10
 
 
 def met_as_calculated(vehicle: Vehicle, scalar: Scalar) -> float:
-    """What the wrench of SOLVED may miss by a kernel's own sums, relative to ``wrench_scale`` [-].
+    """Largest error of a SOLVED wrench by a kernel's own sums, relative to ``wrench_scale`` [-].
 
     In single precision rounding hides some of a miss from those sums: what it takes of T* tau, and of each of
     n products. So they may miss by so much less than MET. In double precision that is next to nothing, or

@@ -15,8 +15,7 @@ from alloc.kernels.off import reachable
 from alloc.program import Builder, Expression, Number, Scalar, most, select, size
 from alloc.program.sums import Terms, dot, known, product, shared_sums, signed, snapped
 from alloc.reach import edge
-from alloc.reach.levels import groups, pushes, step_maps
-from alloc.reach.way import Way
+from alloc.reach.way import Way, groups, pushes, step_maps
 from alloc.vehicle import Vehicle
 from alloc.vehicle.degeneracy import ROUNDED
 
@@ -107,7 +106,7 @@ class Walk:
         return matrix
 
     def _wanted(self, level: int) -> dict[int, Expression]:
-        """What the level's axes are to reach, or their step D n where others go along; n is tau - T f."""
+        """Target of the level's axes, or their step D n where others go along; n is tau - T f."""
         D, tau = self._maps[level], self.reachable.tau
         return {
             r: tau[r]
@@ -147,7 +146,7 @@ class Walk:
         return self._draft.graph.constant(number)
 
     def _tiny(self, level: int, G: FloatArray, most_of: list[Expression], away: list[Number]) -> list[Number]:
-        """What is rounding of a step along facets, beside its products and the largest limit; by part."""
+        """Rounding of a step along facets, beside its products and the largest limit; by part."""
         found: list[Number] = [0.0] * len(self._facets.parts)
         for part in range(len(found)):
             pushing = self._facets.thrusters(part)

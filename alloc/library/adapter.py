@@ -15,7 +15,7 @@ def levels(method: str, vehicle: Vehicle) -> int:
 
 
 def name(vehicle: Vehicle, method: str, scalar: Scalar = "double") -> str:
-    """What the names of an adapter's functions and files begin with."""
+    """Prefix of the names of an adapter's functions and files."""
     return f"{function_name(vehicle, method, scalar)}_library"
 
 

@@ -36,5 +36,5 @@ def bound(kernel: Recipe, vehicle: Vehicle) -> Allocator:
 
 @cache
 def _prepared(path: Path, own: str) -> int:
-    """What preparing returned; once for each library, whose allocator may be in use later on."""
+    """Result of preparing the library; made once, since the allocator may be in use later on."""
     return int(ctypes.CDLL(str(path))[f"{own}_prepare"]())

@@ -1,4 +1,4 @@
-"""What each failure of a single thruster costs a vehicle."""
+"""Cost of each failure of a single thruster."""
 
 from collections.abc import Mapping
 from math import comb
@@ -39,7 +39,7 @@ class Failure(NamedTuple):
 
     @property
     def words(self) -> str:
-        """What the failure costs: ``no pitch``, ``no heave and roll together``, ``surge 50 %``."""
+        """Cost of the failure in words: ``no pitch``, ``no heave and roll together``, ``surge 50 %``."""
         if self.last:
             return "no thruster is left"
         if self.lost:
@@ -62,7 +62,7 @@ LITTLE = 0.995
 
 
 def failures(vehicle: Vehicle) -> list[Failure]:
-    """What the loss of each working thruster costs, one at a time."""
+    """Cost of the loss of each working thruster, one at a time."""
     axes = np.eye(vehicle.k)
     counted = comb(len(vehicle.working), max(vehicle.rank - 1, 0)) <= FACETS  # beyond, it takes minutes
     whole = _ranges(vehicle, axes) if counted else np.zeros(vehicle.k)

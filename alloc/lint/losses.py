@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from alloc.errors import NotApplicable
 from alloc.lint.failures import Failure
 from alloc.lint.report import Level, Remark, warning
-from alloc.nullspace.exact import exact
+from alloc.nullspace.allocator import exact
 from alloc.vehicle import Vehicle
 
 WORSE = 10.0
@@ -13,7 +13,7 @@ WORSE = 10.0
 
 
 def on_failures(found: Sequence[Failure], whole: float) -> Iterator[Remark]:
-    """What each loss of one thruster costs; failures that cost the same share a remark.
+    """Remarks on the loss of one thruster; failures that cost the same share a remark.
 
     ``whole`` is the condition number before them.
     """

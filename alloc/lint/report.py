@@ -1,4 +1,4 @@
-"""What a check of a vehicle file reports."""
+"""Report of a check of a vehicle file."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -47,7 +47,7 @@ class Finding(NamedTuple):
 
 
 class Facts(NamedTuple):
-    """What follows from a usable file.
+    """Facts that follow from a usable file.
 
     Attributes
     ----------

@@ -10,8 +10,8 @@ from alloc.allocation import WRENCH_TOLERANCE, Allocation, FloatArray, Status, S
 from alloc.errors import NotApplicable
 from alloc.formulations import Formulation
 from alloc.qp import Posed
-from alloc.qp.stationarity import Stationarity
-from alloc.reach.beyond import beyond
+from alloc.qp.certificate import Stationarity
+from alloc.reach.attainable import beyond
 from alloc.solvers import (
     Level,
     Solve,
@@ -105,7 +105,7 @@ class Live:
         demand further than 1e-6 outside the attainable set. Soft thrusts are NOT_CONVERGED too where
         they are not shown to lie within ``tolerance`` of the optimum. INFEASIBLE are a demand along a
         direction that no thruster pushes, limits that contradict themselves, and what the solver calls
-        infeasible if that is proven (``alloc.reach.beyond``); where it is not, NOT_CONVERGED. Of a
+        infeasible if that is proven (``alloc.reach.attainable``); where it is not, NOT_CONVERGED. Of a
         solver whose refusals are ERRATIC, no matter which it gives, the proof alone is asked.
         """
         wrench = checked(tau, self._vehicle.k)

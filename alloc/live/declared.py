@@ -1,4 +1,4 @@
-"""What a plug-in's file declares, checked before anything is built."""
+"""Check the declarations of a plug-in's file before anything is built."""
 
 import inspect
 from collections.abc import Callable
@@ -61,7 +61,7 @@ def check_declared(path: Path, module: ModuleType) -> None:
 
 
 def _takes(function: Callable[..., Any], option: str) -> bool:
-    """Whether a function may be called with that option, as far as it says."""
+    """True if a function's signature accepts that option."""
     try:
         parameters = inspect.signature(function).parameters.values()
     except (TypeError, ValueError):  # a function written in C may say nothing of its arguments

@@ -2,8 +2,7 @@
 
 from alloc.kernels import exact as kernels
 from alloc.kernels.off import together
-from alloc.nullspace.allocator import Nullspace
-from alloc.nullspace.exact import exact
+from alloc.nullspace.allocator import Nullspace, exact
 from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
 

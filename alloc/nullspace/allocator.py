@@ -1,4 +1,4 @@
-"""The allocator f = G tau + N z with the shortest z that respects the limits (eq. 4-5)."""
+"""Exact allocator f = G tau + N z with the shortest z within the limits (eq. 4-5), or a refusal."""
 
 from math import inf, nan
 from operator import mul
@@ -17,13 +17,13 @@ from alloc.allocation import (
     checked,
     checked_many,
 )
+from alloc.errors import NotApplicable
 from alloc.formulations.hard import FORMULATION as HARD
-from alloc.nullspace.batch import nearest_many
-from alloc.nullspace.region import prepare
-from alloc.nullspace.structure import Structure
+from alloc.nullspace.region import nearest_many, prepare, steps_bound
+from alloc.nullspace.structure import Structure, decompose
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import at_call, limits_of
-from alloc.vehicle.condition import excess_that_misses, promised, wrench_doubt
+from alloc.vehicle.condition import condition, excess_that_misses, promised, wrench_doubt
 
 TOLERANCE = 1e-9
 """Excess over a limit that still counts as met, relative to the largest limit [-]: far below anything a
@@ -238,3 +238,34 @@ def _onto(limits: list[tuple[float, float]], thrusts: list[float]) -> float:
             thrusts[i] = low if x < low else high
             beyond += abs(x - thrusts[i])
     return beyond
+
+
+LARGEST_DOUBT = WRENCH_TOLERANCE / 4
+"""Largest excess that may count as met [-]: thrusts off by it, n up to 16, still meet a wrench."""
+
+STEPS_LIMIT = 5000
+"""Largest worst case of a block, in steps. Up to here a call may take milliseconds in Python and setting up
+a tenth of a second (measured on one x86-64 core, 3 x 11); an active-set solver needs neither."""
+
+
+def exact(vehicle: Vehicle, tolerance: float = TOLERANCE) -> Nullspace:
+    """Prepare the exact answer.
+
+    ``tolerance`` is the excess over a limit that still counts as met, relative to the largest limit [-], or
+    what rounding leaves of it. Raises NotApplicable where that is too much for SOLVED to mean anything, and
+    where a block may take more than STEPS_LIMIT steps.
+    """
+    if (doubt := wrench_doubt(vehicle)) > LARGEST_DOUBT:
+        raise NotApplicable(
+            f"{vehicle.name}: T nearly loses rank, condition {condition(vehicle):.2g}, so rounding alone "
+            f"moves thrusts by {doubt:.1g} of the largest limit; leave out the weakest DOF, or use qp/daqp"
+        )
+    structure = decompose(vehicle)
+    for block in structure.blocks:
+        m, d = block.N.shape
+        if (bound := steps_bound(m, d)) > STEPS_LIMIT:
+            raise NotApplicable(
+                f"nullspace: {m} thrusters share a {d}-dimensional null space, up to {bound} steps a call; "
+                f"more than {STEPS_LIMIT} are refused, use a qp/ method"
+            )
+    return Nullspace(vehicle, structure, max(tolerance, doubt))

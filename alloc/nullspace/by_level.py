@@ -1,4 +1,4 @@
-"""The allocator that always answers: as far towards the demand as the limits let, at least effort."""
+"""Allocator that goes as far towards the demand as the limits allow, at least effort."""
 
 from math import inf, nan
 from operator import le
@@ -17,7 +17,7 @@ from alloc.allocation import (
     checked_many,
 )
 from alloc.formulations import Formulation
-from alloc.nullspace.exact import exact
+from alloc.nullspace.allocator import exact
 from alloc.reach.edge import start
 from alloc.reach.way import Departure
 from alloc.vehicle import Vehicle

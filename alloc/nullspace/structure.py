@@ -1,4 +1,4 @@
-"""What depends on the vehicle alone: G, and a null-space basis N split into independent blocks."""
+"""Vehicle's constants: G, and a null-space basis N split into independent blocks."""
 
 from dataclasses import dataclass
 

@@ -1,10 +1,8 @@
-"""What a kernel computes, as a value: a graph of operations that printers, evaluators and proofs read."""
+"""Programs: graphs of operations that kernels compute, read by printers, evaluators and proofs."""
 
-from alloc.program.at_fault import at_fault
-from alloc.program.builder import Builder
+from alloc.program.builder import Builder, Limits, States, states
 from alloc.program.evaluate import Evaluated, alike, answered, evaluate, values
 from alloc.program.graph import Expression, Graph, Number, least, most, select, size, within
-from alloc.program.limits import Limits, States, states
 from alloc.program.nodes import (
     OWN,
     Branch,
@@ -24,7 +22,7 @@ from alloc.program.nodes import (
     operands,
     reachable,
 )
-from alloc.program.order import placed
+from alloc.program.order import at_fault, placed
 
 __all__ = [
     "OWN",

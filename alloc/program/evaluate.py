@@ -1,4 +1,4 @@
-"""A program calculated by numpy for many calls at once, with the bits that its C has or in a wider scalar."""
+"""Evaluate a program with numpy for many calls, with the bits of its C or in a wider scalar."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
@@ -14,7 +14,7 @@ Array = NDArray[Any]
 
 
 class Evaluated(NamedTuple):
-    """What a program answers to N calls.
+    """Answers of a program to N calls.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ def answered(program: Program, made: list[Any], count: int) -> Evaluated:
 def values(
     program: Program, inputs: Mapping[str, Array], scalar: Any, constants: Mapping[Node, float] | None = None
 ) -> list[Any]:
-    """What every node is that an answer needs, for inputs (size, N); None of all others.
+    """Values of every node that an answer needs, for inputs (size, N); None for all others.
 
     Each operation is rounded to ``scalar``, a numpy type. ``constants`` replaces those at some nodes. Raises
     NotApplicable where something is unknown.

@@ -56,7 +56,7 @@ class Graph:
         return self.value("const", float(np.float32(number)) if self.scalar == "float" else float(number))
 
     def by_fault(self, numbers: Iterable[float]) -> "Expression":
-        """What each fault has its own of, or a constant where that is the same of all; not rounded yet."""
+        """One constant a fault, or a single constant where all are equal; not rounded yet."""
         first, *others = values = tuple(map(float, numbers))
         if all(each == first for each in others):
             return self.constant(first)
@@ -87,7 +87,7 @@ class Expression:
     __slots__ = ("graph", "node")
 
     def __init__(self, graph: Graph, node: Node) -> None:
-        """That node of a graph."""
+        """Wrap a node of a graph."""
         self.graph, self.node = graph, node
 
     def __eq__(self, other: object) -> bool:

@@ -1,4 +1,4 @@
-"""What a kernel computes, as a value: operations on numbers, what is refused, what comes out."""
+"""Nodes of a program: operations, exits, writes."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -129,7 +129,7 @@ class Program:
     names : what nodes are called in C, of those that have a name
     steps : in which order a printer calculates; only counts of instructions depend on it
     loops : by name, the loops that nodes belong to
-    faults : of a program for several faults, which these are, -1 for none; see ``alloc.program.at_fault``
+    faults : of a program for several faults, which these are, -1 for none; see ``at_fault``
     """
 
     nodes: tuple[Operation, ...]
@@ -144,13 +144,13 @@ class Program:
 
     @cached_property
     def straight(self) -> bool:
-        """Whether nearly all calls take the same steps, so that demands can be answered side by side."""
+        """True if nearly all calls take the same steps, so that demands can be answered side by side."""
         branches = [step for step in self.steps if isinstance(step, Branch)]
         return not self.loops and all(step.unlikely for step in branches)
 
     @cached_property
     def roots(self) -> tuple[Node, ...]:
-        """What must be known to say what the program answers."""
+        """Nodes that the answer depends on."""
         return (*(condition for condition, _ in self.exits), *self.outputs.values(), self.status)
 
     @cached_property

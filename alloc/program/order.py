@@ -1,4 +1,4 @@
-"""The order in which a program is calculated: each number right before the first step that needs it.
+"""Passes from program to program: order of calculation, and one fault's program out of several.
 
 So few numbers are alive at a time, and fit a processor's registers.
 """
@@ -6,6 +6,7 @@ So few numbers are alive at a time, and fit a processor's registers.
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
+from alloc.program.graph import Graph
 from alloc.program.nodes import (
     Branch,
     Exit,
@@ -131,7 +132,7 @@ class _Placing:
                 into.append(step)
 
     def _known(self, node: Node, here: Block) -> bool:
-        """Whether a branch in this block, or in one around it, has merged the node already."""
+        """True if a branch in this block, or in one around it, has merged the node already."""
         return any(here[: len(block)] == block for block in self._merged.get(node, []))
 
     def _read_all(self, into: list[Step]) -> None:
@@ -202,3 +203,42 @@ def _step_moved(step: Step, order: dict[Node, Node]) -> Step:
             merged = tuple(order[node] for node in step.merged)
             return Branch(order[step.condition], inner, merged, step.unlikely)
     return step
+
+
+def at_fault(program: Program, fault: int) -> Program:
+    """The program with the numbers of one of its ``faults``, and limits of zero for the thruster that is off.
+
+    To be evaluated and proven; it has no steps to print.
+    """
+    row, graph = program.faults.index(fault), Graph(program.scalar)
+    order: dict[Node, Node] = {}
+    for node, operation in enumerate(program.nodes):
+        order[node] = _one(graph, moved(operation, order), row, fault)
+    return replace(
+        program,
+        nodes=tuple(graph.nodes),
+        exits=tuple((order[condition], status) for condition, status in program.exits),
+        outputs={place: order[node] for place, node in program.outputs.items()},
+        status=order[program.status],
+        names={},
+        loops={name: replace(loop, flags=loop.flags[row : row + 1]) for name, loop in program.loops.items()},
+        steps=(),
+        faults=(),
+    )
+
+
+def _one(graph: Graph, operation: Operation, row: int, fault: int) -> Node:
+    match operation:
+        case ("by_fault", values):
+            return graph.constant(values[row]).node
+        case ("input", "f_min" | "f_max", index) if index == fault:
+            return graph.constant(0.0).node
+        case ("again", inner) if graph.nodes[inner][0] == "const":
+            return Node(inner)
+        case ("finite", "f_min" | "f_max" as array, first, count) if first <= fault < first + count:
+            zero, good = graph.add("const", 0.0), graph.add("const", 1.0)
+            for i in range(first, first + count):  # as C looks at them, one after the other, also at the zero
+                entry = zero if i == fault else graph.add("input", array, i)
+                good = graph.add("and", good, graph.add("eq", graph.add("sub", entry, entry), zero))
+            return good
+    return graph.add(*operation)

@@ -1,4 +1,4 @@
-"""Products of constant matrices with values: products that rows share made once, sums that they share too."""
+"""Products of constant matrices with values; equal products and sums are made once."""
 
 from collections import Counter
 from itertools import combinations
@@ -168,5 +168,5 @@ def dot(factors: list[float], values: list[Expression]) -> Terms:
 
 
 def known(number: Number) -> bool:
-    """Whether a number is known beforehand."""
+    """True if a number is a constant."""
     return not isinstance(number, Expression)

@@ -1,6 +1,6 @@
-"""The quadratic program (``problem``), its right-hand sides (``sides``), how far an answer is from optimal.
+"""Quadratic program (``problem``) and how far an answer is from optimal (``certificate``).
 
-``certificate`` measures that for any QP, ``stationarity`` for a soft one within a call.
+``certify`` measures that for any QP, ``Stationarity`` for a soft one within a call.
 """
 
 from alloc.qp.problem import QP, Posed, pose_hard, pose_soft

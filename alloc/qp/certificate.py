@@ -1,4 +1,4 @@
-r"""How far x is from optimal, worked out from the problem and x alone: no status, no solver's multipliers.
+r"""Distance of x from the optimum, by the problem and x alone: no status, no solver's multipliers.
 
 For any multiplier y of A x = b, the bounds' multipliers follow from stationarity, z = -(Hx + g + A'y),
 split by sign. The duality gap of (x, y), in the problem whose b is ``A x`` so that x meets it, is
@@ -16,7 +16,7 @@ under that condition: the gap is then a valid bound, and 0 at the optimum.
 
 from dataclasses import dataclass
 from itertools import chain, combinations
-from math import comb
+from math import comb, inf
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 
 from alloc.allocation import FloatArray, IndexArray
 from alloc.errors import NotApplicable
-from alloc.qp import QP
+from alloc.qp.problem import QP
 
 SINGULAR = 1e-10
 """A set of z fixes no y where its equations have a reciprocal condition below this. A scaled problem has
@@ -160,3 +160,60 @@ def _certify(
     complementarity = product[row, best].max(axis=1)
     distance = maps.reach * np.sqrt(2 * gap)
     return Certificate(primal=primal, dual=dual, complementarity=complementarity, gap=gap, distance=distance)
+
+
+STEPS = 200
+"""Most linear systems of one call, against rounding that would go round in circles. Near the optimum the
+first one is enough."""
+ROUNDING = 1e-12
+"""How far x may lie beyond a bound, in the largest unit, or r push the wrong way, relative to its largest
+entry [-]."""
+
+
+class Stationarity:
+    """The distance to the optimum, for one soft problem."""
+
+    def __init__(self, qp: QP, unit: FloatArray) -> None:
+        """Prepare M for thrusts in units of ``unit`` (m,); the slacks are the variables without bounds."""
+        m = len(qp.bounded)
+        self._share = unit / unit.max()
+        A, Q = qp.A[:, :m], qp.H[m:, m:]
+        self._c_of_b: FloatArray = A.T @ Q
+        self._M: FloatArray = qp.H[:m, :m] + self._c_of_b @ A
+        self._newton = 1.0 / np.diag(self._M)
+
+    def distance(self, x: FloatArray, b: FloatArray, lb: FloatArray, ub: FloatArray) -> float:
+        """Largest |x_i - x*_i| in the largest unit, x (m,) inside lb and ub (m,); inf without x*."""
+        M, c = self._M, self._c_of_b.dot(b)
+        tiny = ROUNDING * np.abs(c).max()
+        aim = x - self._newton * (M.dot(x) - c)
+        low, high = aim <= lb, aim >= ub
+        near = np.where(low, lb, np.where(high, ub, x))
+        for _ in range(STEPS):
+            free = np.flatnonzero(~(low | high))
+            goal = near.copy()
+            if free.size:
+                goal[free] = 0.0
+                goal[free] = np.linalg.solve(M[free[:, None], free], (c - M.dot(goal))[free])
+            if (self._share * np.maximum(lb - goal, goal - ub) <= ROUNDING).all():
+                near, r = goal, M.dot(goal) - c
+                away = np.where(low, -r, np.where(high, r, 0.0))  # from a bound that does not hold after all
+                worst = int(np.argmax(away))
+                if away[worst] <= tiny:
+                    return float((self._share * np.abs(x - near)).max())
+                low[worst] = high[worst] = False
+            else:
+                near, first = _until_a_bound(near, goal - near, lb, ub)
+                low[first], high[first] = near[first] == lb[first], near[first] == ub[first]
+        return inf
+
+
+def _until_a_bound(x: FloatArray, move: FloatArray, lb: FloatArray, ub: FloatArray) -> tuple[FloatArray, int]:
+    """First bound that x + t move meets, as its t and its index."""
+    bound = np.where(move > 0.0, ub, lb)
+    with np.errstate(divide="ignore", invalid="ignore"):  # what does not move meets no bound
+        t = np.where(move == 0.0, inf, (bound - x) / move)
+    first = int(np.argmin(t))
+    met = x + t[first] * move
+    met[first] = bound[first]
+    return met, first

@@ -1,1 +1,1 @@
-"""What a vehicle can do: its attainable set, how far demands lie from the edge of that, and volumes."""
+"""Reach of a vehicle: attainable set, distance of demands from its edge, volumes."""

@@ -1,4 +1,4 @@
-"""How far a step goes inside the attainable set, whatever the limits of the call are.
+"""Largest step inside the attainable set, for any limits of the call.
 
 Which way the facets of {T P f : f_min <= f <= f_max} look depends on the vehicle alone; limits only move
 them. Where limits leave a thruster no choice the set is a limit of sets in which all have one, so the same

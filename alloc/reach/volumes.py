@@ -1,4 +1,4 @@
-"""How much a vehicle can do: the volume of what its thrusters reach, and of what a closed form reaches.
+"""Volume that the thrusters reach, and volume that a closed form reaches.
 
 Volumes are those of sets of tau / row_lengths, so all axes count in newtons. A failure leaves T, and
 with it the unit, as it is, so the ratio of two volumes of one vehicle does not depend on the units of

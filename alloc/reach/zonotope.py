@@ -1,4 +1,4 @@
-"""The attainable set {T P f : f_min <= f <= f_max} as inequalities: a zonotope and its facets.
+"""Attainable set {T P f : f_min <= f <= f_max} as inequalities: a zonotope and its facets.
 
 A linear image of a box is a zonotope (McMullen 1971; for allocation Durham 1994, "Attainable
 moments for the constrained control allocation problem"). Each facet is spanned by r - 1 of its

@@ -30,7 +30,7 @@ class Files(NamedTuple):
 
 
 class Generator(Protocol):
-    """What a module in ``generators`` offers.
+    """Interface of a module in ``generators``.
 
     Attributes
     ----------

@@ -15,7 +15,7 @@ from alloc.vehicle.condition import promised
 
 
 def bound(solver: str, vehicle: Vehicle, level: Level | None = None) -> Allocator:
-    """That solver's C in double precision as an allocator; raises NotApplicable or NotInstalled.
+    """A solver's C in double precision as an allocator; raises NotApplicable or NotInstalled.
 
     Each call begins from the same state, so the same demand gets the same answer. Without a level it is the
     most accurate one.
@@ -34,7 +34,7 @@ def bound(solver: str, vehicle: Vehicle, level: Level | None = None) -> Allocato
 
 
 def library(solver: str, vehicle: Vehicle, level: Level = "default") -> Path:
-    """That solver's C in double precision, compiled: ``answer_fixed`` and ``answer_call`` answer."""
+    """A solver's C in double precision, compiled: ``answer_fixed`` and ``answer_call`` answer."""
     forms: tuple[Where, ...] = ("fixed", "call")
     fixed, call = (rival(solver, vehicle, "double", limits, level=level) for limits in forms)
     entries = _ENTRIES.format(

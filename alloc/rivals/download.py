@@ -28,7 +28,7 @@ class SourcePackage(NamedTuple):
 
     @property
     def path(self) -> Path:
-        """Where the package is kept: beside compiled kernels, and never in this project."""
+        """Location of the package: beside compiled kernels, and never in this project."""
         return cache_folder() / f"{self.package}-{self.version}.tar.gz"
 
     def missing(self) -> str:

@@ -55,7 +55,7 @@ Bounds that are the same arrays as in the last call have not changed, and cost n
 
 
 class Solver(Protocol):
-    """What a module in this package offers.
+    """Interface of a module in this package.
 
     Attributes
     ----------
@@ -100,7 +100,7 @@ def shared(name: str) -> float:
 
 
 def is_erratic(name: str) -> bool:
-    """Whether the solver of that name may refuse one and the same problem with different statuses."""
+    """True if the solver of that name may return different statuses for one and the same problem."""
     return bool(getattr(load(name), "ERRATIC", False))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray, Status
 from alloc.qp import QP
-from alloc.qp.sides import OneSided
+from alloc.qp.problem import OneSided
 from alloc.solvers import TIME_LIMIT_S, Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "clarabel"

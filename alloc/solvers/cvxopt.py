@@ -6,7 +6,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray, Status
 from alloc.qp import QP
-from alloc.qp.sides import OneSided
+from alloc.qp.problem import OneSided
 from alloc.solvers import Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "cvxopt"

@@ -7,7 +7,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray, Status
 from alloc.qp import QP
-from alloc.qp.sides import TwoSided
+from alloc.qp.problem import TwoSided
 from alloc.solvers import TIME_LIMIT_S, Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "osqp"
@@ -91,7 +91,7 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
 
 
 def problem(qp: QP) -> dict[str, Any]:
-    """What OSQP's setup takes: rows [A; I], l = u = 0 in those of A, the problem's bounds in those of I."""
+    """Arguments of OSQP's setup: rows [A; I], l = u = 0 in those of A, the problem's bounds in those of I."""
     from scipy.sparse import csc_matrix, vstack
 
     sides = TwoSided(qp)

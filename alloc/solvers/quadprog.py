@@ -6,8 +6,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray, Status
 from alloc.qp import QP
-from alloc.qp.sides import OneSided
-from alloc.qp.whitened import whitened
+from alloc.qp.problem import OneSided, whitened
 from alloc.solvers import Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "quadprog"

@@ -1,4 +1,4 @@
-"""What the arrays of a vehicle must be, each by itself and together."""
+"""Checks of a vehicle's arrays, each by itself and together."""
 
 from collections.abc import Mapping, Sequence
 

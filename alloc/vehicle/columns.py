@@ -34,7 +34,7 @@ _IMAGES = {
 
 
 class Along(NamedTuple):
-    """What of each column's moment lies along its own thrust.
+    """Part of each column's moment that lies along its own thrust.
 
     Attributes
     ----------
@@ -120,7 +120,7 @@ def shown(T: FloatArray, dof: Sequence[str], row: int, column: int) -> str:
 
 
 def _suspect(T: FloatArray, dof: Sequence[str], i: int, sound: BoolArray, names: Sequence[str]) -> str:
-    """Which sign is wrong, where one other sign makes the column a twin's image, or at least possible.
+    """Sign that is wrong: with the opposite sign the column is a twin's image, or at least possible.
 
     Arms are in doubt before directions, since a direction is seen on the vehicle.
     """
@@ -144,7 +144,7 @@ def _suspect(T: FloatArray, dof: Sequence[str], i: int, sound: BoolArray, names:
 
 
 def _twins(a: FloatArray, b: FloatArray, T: FloatArray) -> bool:
-    """Whether two columns have the same signs, and the same sizes but for one arm."""
+    """True if two columns have the same signs, and the same sizes but for one arm."""
     apart = np.abs(a - b) > 0.01 * np.abs(T).max(axis=1)
     return bool((a * b >= 0).all() and apart.sum() <= 1 and ((a == 0) == (b == 0)).all())
 

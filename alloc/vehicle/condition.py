@@ -1,4 +1,4 @@
-"""What rounding costs on a vehicle: promises of exactness as a function of the conditions of T and H."""
+"""Cost of rounding on a vehicle: promised accuracy as a function of the conditions of T and H."""
 
 import numpy as np
 

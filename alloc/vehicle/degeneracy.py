@@ -1,4 +1,4 @@
-"""What counts as lost, dependent and zero: decided here, so that no two rooms see different vehicles.
+"""Thresholds for rank, dependence and zero, defined once.
 
 Which directions a vehicle pushes is one decision, its ``rank`` by RANK_TOLERANCE, and all that depends on it
 asks the vehicle. Which sets of columns of a printed T would be dependent with more digits nobody decides: T

@@ -86,7 +86,7 @@ def suspects(keys: VehicleFile, n: int) -> set[int]:
 
 
 def called(keys: VehicleFile, n: int) -> list[str]:
-    """What the n thrusters of a file are called: their names, or ``thruster 4``."""
+    """Names of the n thrusters of a file, or ``thruster 4``."""
     names = list(keys.names or (thruster.name for thruster in keys.thrusters or ()))
     return [(names[i] if i < len(names) else "") or f"thruster {i}" for i in range(n)]
 

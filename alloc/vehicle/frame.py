@@ -57,7 +57,7 @@ def axis_of(axis: str, frame: str) -> str:
 
 
 def effect(axis: str, frame: str, sign: float = 1.0) -> str:
-    """What a positive (or negative) force or moment does, as ``pushes down`` or ``turns the bow to port``."""
+    """Effect of a positive (or negative) force or moment, as ``pushes down`` or ``turns the bow to port``."""
     words = _FORWARD[frame][axis]
     if sign >= 0:
         return words

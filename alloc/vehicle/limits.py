@@ -26,13 +26,13 @@ class Slew:
     down: FloatArray
 
     def around(self, f: FloatArray, dt: float) -> Interval:
-        """What thrusts f (n,) [N] may become within dt [s]: [f - down dt, f + up dt]."""
+        """Interval that thrusts f (n,) [N] can reach within dt [s]: [f - down dt, f + up dt]."""
         return f - self.down * dt, f + self.up * dt
 
 
 @dataclass(frozen=True, eq=False)
 class VoltageTable:
-    """What thrusters can give at each voltage of the battery, linear between the entries.
+    """Limits of the thrusters at each voltage of the battery, linear between the entries.
 
     Attributes
     ----------

@@ -37,7 +37,7 @@ def listed(asked: Sequence[int | str], names: Sequence[str], n: int, what: str, 
 
 
 def is_index(text: str) -> bool:
-    """Whether a text is a number where a thruster may be given by number or by name."""
+    """True if a text is a number where a thruster may be given by number or by name."""
     return text.strip().lstrip("+-").isdecimal()
 
 

@@ -1,4 +1,4 @@
-"""Where thrusters sit and which way they push, out of any geometry that a vehicle file gives."""
+"""Positions and directions of thrusters, from any geometry that a vehicle file gives."""
 
 from typing import NamedTuple
 

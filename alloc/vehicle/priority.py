@@ -1,4 +1,4 @@
-"""Which axes are served together, and which first, when a demand can't be met."""
+"""Priority of axes when a demand can't be met: levels, each served before the next."""
 
 from collections.abc import Sequence
 

@@ -16,7 +16,7 @@ from alloc.rivals import load
 from bench.chips.count import CallCounts
 from bench.chips.kernel import Kernel
 from bench.demands import DemandSet
-from bench.judging.shares import misstated
+from bench.judging.faults import misstated
 
 ANSWERED = (Status.SOLVED, Status.PARTIAL)
 

@@ -65,7 +65,7 @@ def command(
     from alloc.discovery import find, load_plugin, prepare
     from alloc.errors import PluginError, UnknownName, VehicleError
     from alloc.files.textfile import write_text
-    from bench.harness.apart import apart
+    from bench.harness.process import apart
     from bench.inputs.demand_csv import format_thrusts
     from bench.inputs.esc_columns import sent
     from bench.inputs.faults import EACH, parse_fault, with_fault

@@ -29,9 +29,8 @@ def command(
     from bench.fleet.cluster import cluster, run_all, wait_for_workers
     from bench.layouts.compile import compile_study
     from bench.layouts.measure import numbers
-    from bench.layouts.progress import bar
     from bench.layouts.report import render_study
-    from bench.layouts.run import check_constraints, check_folder, number_of, run_study
+    from bench.layouts.run import bar, check_constraints, check_folder, number_of, run_study
     from bench.layouts.shards import check_installed, compute, source_digest
     from bench.layouts.spaces import layout_of
     from bench.layouts.study import read_study

@@ -88,9 +88,9 @@ def command(
     from msgspec.structs import replace
     from rich.console import Console
 
-    from bench.harness import machine, presets
-    from bench.harness.progress import bar
+    from bench.harness import machine, plan
     from bench.harness.run import Interrupted, run
+    from bench.harness.state import bar
     from bench.inputs.faults import parse_fault
     from bench.record import FILE_NAME, read
     from bench.report import render
@@ -101,7 +101,7 @@ def command(
     console = Console()
     options["faults"] = tuple(map(parse_fault, faults))
     options["log"] = read_options(topic, frame, columns, scale)
-    settings = getattr(presets, study or preset or "default")()
+    settings = getattr(plan, study or preset or "default")()
     settings = replace(settings, **{key: value for key, value in options.items() if value not in (None, ())})
     if options["demands"] or options["methods"] or options["repeats"]:
         settings = replace(settings, once=())  # what a user names is repeated

@@ -1,4 +1,4 @@
-"""Dask: a scheduler that is there, or one of our own with a worker a core; and tasks that run on either."""
+"""Dask cluster: a given scheduler, or a local one with a worker a core, and tasks run on either."""
 
 import warnings
 from collections.abc import Callable, Iterator, Sequence

@@ -1,4 +1,4 @@
-"""The options of a run with the files that they name, as they travel to other hosts."""
+"""Options of a run with the files that they name, packed to travel to other hosts."""
 
 import re
 from collections.abc import Sequence

@@ -1,1 +1,1 @@
-"""The harness: plans a run, starts workers, times the calls of methods, and keeps the results in a record."""
+"""Plan a run, start workers, time calls of methods, and keep the results in a record."""

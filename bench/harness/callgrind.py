@@ -1,4 +1,4 @@
-"""Instructions by valgrind's callgrind: the command, and what its profiles hold."""
+"""Instruction counts by valgrind's callgrind: its command line and its profiles."""
 
 from pathlib import Path
 

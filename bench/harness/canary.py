@@ -1,8 +1,7 @@
-"""Fixed work timed on this machine, for an estimate of what another machine's times would be here."""
+"""Time of fixed work on this machine, from which times on another machine are estimated."""
 
 from bench.harness import machine
-from bench.harness.timing import no_garbage_collection, sample
-from bench.harness.yardsticks import CANARIES, yardstick
+from bench.harness.timing import CANARIES, no_garbage_collection, sample, yardstick
 from bench.record.canary import CanaryFile
 
 BUDGET_NS = 1_000_000_000

@@ -1,4 +1,4 @@
-"""The environment that every measured process starts in, and the words for how a process ended."""
+"""Environment that every measured process starts in, and words for how a process ended."""
 
 import os
 import signal

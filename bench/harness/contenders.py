@@ -1,4 +1,4 @@
-"""The methods that take part in a run: those of the catalogue that were named, and plug-ins."""
+"""Methods that take part in a run: catalogue methods by name, and plug-ins."""
 
 from collections.abc import Iterable
 from fnmatch import fnmatchcase
@@ -17,7 +17,7 @@ from bench.harness.lines import method_line
 from bench.harness.plan import Contender, RunSettings, check_offers
 from bench.harness.process import work
 from bench.harness.sets import vehicles
-from bench.harness.yardsticks import YARDSTICKS
+from bench.harness.timing import YARDSTICKS
 from bench.record import Method
 
 

@@ -1,4 +1,4 @@
-"""What the parent asks of a worker, and what a worker answers."""
+"""Messages between the parent of a run and its workers."""
 
 import msgspec
 

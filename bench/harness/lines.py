@@ -1,4 +1,4 @@
-"""Lines of a record: the header, and one for each method and each question of a run."""
+"""Lines of a record: the header, one for each method, one for each question of a run."""
 
 import hashlib
 from datetime import UTC, datetime

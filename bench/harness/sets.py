@@ -1,4 +1,4 @@
-"""The demand sets of a run: every set of every vehicle with every fault."""
+"""Demand sets of a run: every set of every vehicle with every fault."""
 
 from collections.abc import Callable
 

@@ -1,13 +1,17 @@
-"""A run under way: the cells that are done, those that hung, and the time that is left."""
+"""State of a run: finished cells, cells that hung, the time that is left, and a progress bar of it."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import msgspec
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+from rich.progress import Progress as Bar
 
-from bench.harness import machine, quiet
+from bench.harness import machine
 from bench.harness.job import Job, MeasureTask, Task
 from bench.harness.lines import now
 from bench.harness.plan import OVERHEAD_S, Group, RunSettings, budget_ns
@@ -94,7 +98,7 @@ class RunState:
                 at=now(),
                 wall_s=round(time.monotonic() - self.began, 3),
                 timed_s=round(self.timed_ns / 1e9, 3),
-                load=quiet.load(),
+                load=machine.load(),
             )
         )
 
@@ -142,3 +146,19 @@ class RunState:
 def any_repeat(key: Key) -> Key:
     """The key of the cell in its first repeat."""
     return msgspec.structs.replace(key, repeat=0)
+
+
+@contextmanager
+def bar(console: Console) -> Iterator[Callable[[Progress], None]]:
+    """A bar on the console, and the function that moves it."""
+    # A plug-in's name may hold brackets, which are no markup.
+    name = TextColumn("{task.description}", markup=False)
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), name)
+    # Four frames a second, on the parent's core: drawing must not disturb what is measured.
+    with Bar(*columns, console=console, refresh_per_second=4) as shown:
+        task = shown.add_task("making demands")
+
+        def watch(now: Progress) -> None:
+            shown.update(task, completed=now.done, total=now.total, description=now.method)
+
+        yield watch

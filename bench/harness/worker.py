@@ -1,26 +1,29 @@
-"""One process that runs one method: reads a Job on stdin, and sends messages through a pipe.
+"""Worker process for one method: read a Job on stdin, send messages through a pipe.
 
 Solvers print on stdout and stderr, so the pipe is a file of its own: ``python -m bench.harness.worker FD``.
 """
 
+import gc
 import os
 import sys
 import time
 import traceback
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
+from types import BuiltinFunctionType, FunctionType, ModuleType
 from typing import Any
 
 import msgspec
 import numpy as np
 
 from alloc import Allocation, Allocator, NotApplicable, Vehicle, solvers
-from alloc.allocation import BoundedSteps, FloatArray, TwoStage
+from alloc.allocation import BoundedSteps, FloatArray, StatusArray, TwoStage, real
 from alloc.discovery import Entry, find, load_plugin, prepare
 from alloc.errors import NotInstalled, UnknownName
-from bench.demands.store import load_case, save
-from bench.harness.answering import answers_of
+from alloc.live.plain import ANY_DISTANCE
+from alloc.vehicle.call_limits import one_by_one
+from bench.demands.store import Case, load_case, save
 from bench.harness.job import (
     AnswersWritten,
     AnswerTask,
@@ -33,13 +36,111 @@ from bench.harness.job import (
     Message,
     Task,
 )
-from bench.harness.memory import peak_rss_bytes, reachable_bytes
-from bench.harness.quiet import between, reading
-from bench.harness.timing import Samples, counted, no_garbage_collection, sample
-from bench.harness.yardsticks import YARDSTICKS, canary_ns, yardstick
+from bench.harness.machine import between, reading
+from bench.harness.timing import (
+    YARDSTICKS,
+    Samples,
+    canary_ns,
+    counted,
+    no_garbage_collection,
+    sample,
+    yardstick,
+)
 from bench.judging.judge import judge
 from bench.judging.question import Question, promised
 from bench.record import Cell, Worker
+
+ASKED = 50
+"""Demands of a case that are asked in single calls too."""
+MOST_APART = 2
+"""How many of them may be answered otherwise: what a solver that starts from its last answer finds hangs on
+the order of demands, but seldom."""
+ROUGHLY = 1e-3
+"""How far answers may lie apart where no distance is promised, relative to the largest limit [-]."""
+
+
+def answers_of(allocator: Allocator, case: Case, *, brought: bool) -> tuple[FloatArray, StatusArray]:
+    """Thrusts (N, n) [N] and statuses (N,) by ``many``, or by calls where an allocator has no such function.
+
+    ``brought`` says that the method is a user's: then ``many`` is held against single calls, since what is
+    reported of it is what a vehicle is sent call by call. Raises ValueError where it answers otherwise or not
+    once a demand, TypeError where thrusts are no real numbers.
+    """
+    vehicle, taus, f_min, f_max = case
+    many = getattr(allocator, "many", None)
+    together = many or partial(one_by_one, allocator, vehicle)
+    asked = taus.copy()  # a method may write into what it is given
+    answers, statuses = together(asked) if f_min is None else together(asked, f_min, f_max)
+    F, given = real(np.asarray(answers)), np.asarray(statuses)
+    if given.dtype.kind not in "iu":
+        raise TypeError(f"many() gave statuses of type {given.dtype}; give values of alloc.Status")
+    status = given.astype(np.int8)
+    if F.shape != (len(taus), vehicle.n) or status.shape != (len(taus),):
+        raise ValueError(
+            f"many() gave thrusts of shape {F.shape} and statuses of shape {status.shape}"
+            f" for {len(taus)} demands on {vehicle.n} thrusters"
+        )
+    if brought and many:
+        _hold(allocator, case, F)
+    return F, status
+
+
+def _hold(allocator: Allocator, case: Case, F: FloatArray) -> None:
+    """Raise ValueError where single calls give other thrusts than those of ``many``, F (N, n) [N]."""
+    vehicle, *columns = case
+    rows = np.linspace(0, len(F) - 1, min(ASKED, len(F)), dtype=int)
+    calls = [column[rows].copy() for column in columns if column is not None]
+    single = np.array([allocator(*call)[0] for call in zip(*calls, strict=True)], dtype=float)
+    tolerance = allocator.tolerance
+    allowed = (2 * tolerance if tolerance < ANY_DISTANCE else ROUGHLY) * vehicle.f_scale
+    same = (np.abs(single - F[rows]) <= allowed) | (np.isnan(single) & np.isnan(F[rows]))
+    if np.count_nonzero(~same.all(axis=1)) > min(MOST_APART, len(rows) - 1):
+        first = rows[(~same.all(axis=1)).argmax()]
+        raise ValueError(f"many() gives demand {first} other thrusts than a call of its own")
+
+
+_CODE = (type, ModuleType, BuiltinFunctionType, Vehicle)
+
+
+def reachable_bytes(thing: object) -> int:
+    """Bytes of all Python objects and arrays reachable from ``thing``.
+
+    Code, modules and the vehicle, which is the caller's, are left out. Python can't see what the C or C++
+    side of a solver allocates for itself; the peak RSS of the worker includes it.
+    """
+    seen: set[int] = set()
+    todo: list[Any] = [thing]
+    total = 0
+    while todo:
+        held = todo.pop()
+        if id(held) in seen or isinstance(held, _CODE):
+            continue
+        seen.add(id(held))
+        if isinstance(held, FunctionType):
+            # A cell of a name that nothing was ever given is empty, and has no contents to ask for.
+            todo += gc.get_referents(*(held.__closure__ or ()))
+            continue
+        total += sys.getsizeof(held)
+        if isinstance(held, np.ndarray):
+            if held.base is not None:
+                todo.append(held.base)
+        else:
+            todo += gc.get_referents(held)
+    return total
+
+
+def peak_rss_bytes() -> int | None:
+    """High-water mark of this process's resident memory [bytes], None where the system does not tell.
+
+    It is read from /proc: getrusage's ru_maxrss of a child starts at its parent's (Linux, exec(2) keeps it).
+    """
+    try:
+        status = Path("/proc/self/status").read_text(encoding="ascii")
+    except OSError:
+        return None
+    line = next((line for line in status.splitlines() if line.startswith("VmHWM:")), None)
+    return None if line is None else int(line.split()[1]) * 1024
+
 
 SETUP_NS = 10_000_000
 """An allocator is built again and again for this long, at most SETUPS times."""

@@ -1,1 +1,1 @@
-"""Judges answers by equations: which are wrong, what they lose, and what a vehicle can do."""
+"""Judge answers by equations: errors, losses, and the capability of a vehicle."""

@@ -1,4 +1,4 @@
-"""The verdict on the answers to a question: what is wrong, how far off they are, and what they lose."""
+"""Verdict on the answers to a question: errors, distances to the optimum, losses."""
 
 from collections.abc import Sequence
 
@@ -11,10 +11,9 @@ from alloc.formulations.hard import FORMULATION as HARD
 from alloc.live.plain import ANY_DISTANCE
 from alloc.qp.certificate import certify_many
 from bench.demands import longest
-from bench.judging.faults import VIOLATED, Measured, faults, measured
+from bench.judging.faults import VIOLATED, Measured, by_level, faults, measured
 from bench.judging.loss import FLOOR, gets_nothing, loss, relative_wrench_error
 from bench.judging.question import Question
-from bench.judging.shares import by_level
 from bench.record import Judged
 
 LEAST_COST = 5e-5

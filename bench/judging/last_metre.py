@@ -1,4 +1,4 @@
-"""What is lost between thrusts and thrusters: curves, dead bands and the steps of a wire."""
+"""Loss between thrusts and thrusters: curves, dead bands and the step of a command."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -7,7 +7,7 @@ import numpy as np
 
 from alloc import NotApplicable, Vehicle, alpha_max, build
 from alloc.allocation import FloatArray
-from bench.demands.mission.simulate import RATE_HZ, STEPS, Act, fly
+from bench.demands.mission import RATE_HZ, STEPS, Act, fly
 from bench.judging.loss import relative_wrench_error
 from bench.record import LastMetre
 

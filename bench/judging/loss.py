@@ -1,4 +1,4 @@
-"""What an answer gives away: wrench error, direction error, effort, limits. Equations only, no clock.
+"""Losses of an answer: wrench error, direction error, effort, limits. Equations only, no clock.
 
 A thruster can't push beyond its limits whatever it is told, so errors are those of the delivered wrench,
 T P clip(f, f_min, f_max). That is what the vehicle feels, also of a closed form that ignores the limits.

@@ -1,24 +1,135 @@
-"""The report of a study: report.md, report.html, pictures, the best layouts' files, front.parquet."""
+"""Report of a study: pages, pictures, the best layouts' vehicle files, front.parquet."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from alloc.allocation import FloatArray
 from alloc.files.textfile import write_text
 from alloc.vehicle.frame import described
+from alloc.vehicle.keys import Thruster, VehicleFile
+from alloc.vehicle.names import unmistakable
+from alloc.vehicle.text import to_yaml
 from bench.inputs.demand_csv import format_demands
-from bench.layouts.best import layout_name, write_best
-from bench.layouts.front import losses, spread
+from bench.layouts.authority import MOST_THRUSTERS
 from bench.layouts.measure import Columns
-from bench.layouts.pictures import draw_front, draw_matters
 from bench.layouts.run import SHARDS, LayoutError
-from bench.layouts.section import MOST_THRUSTERS
-from bench.layouts.space import LayoutSpace
-from bench.layouts.summary import COMPARED, OUTCOMES, StudySummary, summarise
+from bench.layouts.space import LayoutSpace, Parameter, base_order, numbers_of, poses
+from bench.layouts.summary import COMPARED, OUTCOMES, StudySummary, losses, spread, summarise
 from bench.report.document import document
-from bench.report.pictures.style import SETTINGS, save
+from bench.report.pictures.style import BLUE, GREY, SETTINGS, VERMILION, save
 from bench.results.text import plain, table
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+
+def layout_name(space: LayoutSpace, row: dict[str, float]) -> str:
+    """The name of a layout's vehicle and file: base, round and number."""
+    return f"{space.name[:40]}-{int(row['round'])}-{int(row['layout'])}"
+
+
+def vehicle_file(space: LayoutSpace, row: dict[str, float]) -> VehicleFile:
+    """The vehicle file of a layout, from its row in a shard; every number to its last digit."""
+    settings = np.array([[row[parameter.name]] for parameter in space.parameters])
+    (one,) = poses(space, settings)
+    numbers = "".join(
+        f"{parameter.name} {row[parameter.name]:.6g}, " for parameter in space.parameters
+    ).removesuffix(", ")
+    weights = one.weights[:, 0].tolist()
+    names, remark = unmistakable(_names(space, settings))  # a thruster that went moves all behind it
+    worst = names[int(row["worst_thruster"])] or f"thruster {int(row['worst_thruster'])}"
+    return VehicleFile(
+        name=layout_name(space, row),
+        source=f"thrustbench layouts, round {int(row['round'])}, layout {int(row['layout'])} of {space.name}",
+        notes=[
+            f"Varied: {numbers}.",
+            f"Authority {row['authority']:.4g} of the base's, {row['authority_after_one']:.4g} after"
+            f" the worst failure, of {worst}.",
+            *([f"Not taken over from {space.name}: {', '.join(space.left_out)}."] if space.left_out else []),
+            *([remark] if remark else []),
+        ],
+        dof=list(space.dof),  # type: ignore[arg-type]  # names that were checked when the study was read
+        f_min=one.f_min[:, 0].tolist(),
+        f_max=one.f_max[:, 0].tolist(),
+        thrusters=[
+            Thruster(position=tuple(r), direction=tuple(e), name=name)
+            for r, e, name in zip(
+                one.position[..., 0].tolist(),
+                one.direction[..., 0].tolist(),
+                names,
+                strict=True,
+            )
+        ],
+        center_of_mass=tuple(one.center[:, 0].tolist()),
+        frame=space.frame,
+        weights=weights if any(weight != 1 for weight in weights) else None,
+    )
+
+
+def _names(space: LayoutSpace, settings: FloatArray) -> list[str]:
+    """The thrusters' names: those of the base, and none for new ones."""
+    counts = [int(count) for (count,) in numbers_of(space, settings)]
+    names: list[str] = []
+    for group, count in zip(space.groups, counts, strict=True):
+        names += group.called[:count] or [""] * count
+    return [names[i] for i in base_order(space.groups, counts)]
+
+
+def write_best(space: LayoutSpace, best: "pa.Table", folder: Path) -> list[Path]:
+    """Write each row of ``best`` as a vehicle file into a folder, which then holds nothing else."""
+    folder.mkdir(exist_ok=True)
+    for old in folder.glob("*.yaml"):
+        old.unlink()
+    paths = []
+    for row in best.to_pylist():
+        path = folder / f"{layout_name(space, row)}.yaml"
+        write_text(path, to_yaml(vehicle_file(space, row)))
+        paths.append(path)
+    return paths
+
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def draw_front(said: StudySummary, base: tuple[float, float], name: str) -> "Figure":
+    """Authority whole against authority after the worst failure: all layouts, the front and the base."""
+    from matplotlib.figure import Figure
+
+    assert said.front is not None
+    figure = Figure((7.5, 4.5))
+    axes = figure.add_subplot()
+    every = np.concatenate(said.drawn)
+    axes.plot(*every.T, ".", color=GREY, markersize=2, alpha=0.5, label=f"layouts ({len(every):,} drawn)")
+    whole, after = (said.front[key].to_numpy() for key in ("authority", "authority_after_one"))
+    axes.plot(whole, after, "o", color=BLUE, markersize=4, label="Pareto front")
+    axes.plot(*base, "D", color=VERMILION, markersize=8, label=name)
+    axes.set_xlabel("authority: volume over the base's")
+    axes.set_ylabel("after the worst failure")
+    axes.set_xlim(left=0)
+    axes.set_ylim(bottom=0)
+    axes.legend(loc="upper left")
+    return figure
+
+
+def draw_matters(said: StudySummary, parameters: tuple[Parameter, ...]) -> "Figure":
+    """For each outcome, the share of its variance that each parameter alone explains."""
+    from matplotlib.figure import Figure
+
+    figure = Figure((7.5, 1.2 + 0.3 * len(parameters)))
+    panels = figure.subplots(1, len(OUTCOMES), sharey=True)
+    names = [parameter.name for parameter in parameters]
+    for panel, outcome, shares in zip(panels, OUTCOMES, said.matters(), strict=True):
+        panel.barh(names, 100 * np.nan_to_num(shares), color=BLUE)
+        panel.set_title(outcome.removesuffix("_N").removesuffix("_share").replace("_", " "), fontsize=8)
+        panel.set_xlim(0, 100)
+        panel.grid(visible=False, axis="y")
+    panels[0].invert_yaxis()
+    figure.supxlabel("share of the variance explained alone [%]", fontsize=9)
+    return figure
+
 
 if TYPE_CHECKING:
     import pyarrow as pa

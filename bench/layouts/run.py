@@ -1,6 +1,8 @@
-"""The parent of a study: hands shards to workers, keeps what comes back, refines around the best."""
+"""Parent process of a study: hand shards to workers, keep results, refine around the best."""
 
+import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -8,16 +10,17 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 import numpy as np
 from filelock import FileLock, Timeout
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from alloc import AllocError
 from alloc.errors import FileError
 from alloc.files.textfile import write_text
-from bench.layouts.constraints import refused
-from bench.layouts.front import merged, spread
-from bench.layouts.sampling import ShardTask, tasks, values
-from bench.layouts.shards import keep, read_shard, whole_shards
+from bench.layouts.measure import refused
+from bench.layouts.shards import ShardTask, keep, read_shard, tasks, values, whole_shards
 from bench.layouts.space import LayoutSpace, base_order, combinations_of_grid, poses
 from bench.layouts.study import MOST, StudyDocument, StudyFile
+from bench.layouts.summary import merged, spread
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -205,3 +208,27 @@ def _plain(space: LayoutSpace) -> dict[str, Any]:
 
     made: dict[str, Any] = msgspec.json.decode(msgspec.json.encode(space, enc_hook=plain))
     return made
+
+
+@contextmanager
+def bar(console: Console) -> Iterator[Callable[[Done], None]]:
+    """A bar on the console, and the function that moves it; a line with the rate where it ends."""
+    columns = (BarColumn(), TextColumn("{task.description}"), TimeRemainingColumn())
+    began = time.monotonic()
+    last = Done(0, 0, 0)
+    with Progress(*columns, console=console, refresh_per_second=4) as shown:
+        task = shown.add_task("starting")
+
+        def watch(now: Done) -> None:
+            nonlocal last
+            last = now
+            rate = now.kept / max(time.monotonic() - began, 1e-3)
+            said = f"{now.layouts:,} of {now.total:,} layouts, {rate:,.0f} a second"
+            shown.update(task, completed=now.layouts, total=now.total, description=said)
+
+        yield watch
+    seconds = time.monotonic() - began
+    console.print(
+        f"{last.kept:,} layouts in {seconds:.1f} s, {last.kept / max(seconds, 1e-3):,.0f} a second",
+        highlight=False,
+    )

@@ -1,4 +1,4 @@
-"""All layouts that a study can make: parameters, the groups of thrusters they move, and T of many at once."""
+"""Space of a study's layouts: parameters, the thrusters that they move, T of many at once."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -16,7 +16,7 @@ from alloc.kernels.tolerance import MET
 from alloc.methods import recipe
 from alloc.program import Scalar
 from alloc.reach.edge import start
-from alloc.reach.levels import step_maps
+from alloc.reach.way import step_maps
 from bench.judging.judge import largest_gap
 from bench.judging.question import Question
 from bench.proof.asked import FaultAnswers, asked

@@ -1,4 +1,4 @@
-"""What a run leaves behind: facts as they were measured, one line each, and how they are read back."""
+"""Record of a run: facts as they were measured, one line each, written and read here."""
 
 from bench.record.capability import (
     SERVED_WITHIN,

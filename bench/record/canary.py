@@ -1,4 +1,4 @@
-"""What ``thrustbench canary`` leaves behind: times of fixed work on one machine."""
+"""File of ``thrustbench canary``: times of fixed work on one machine."""
 
 from pathlib import Path
 

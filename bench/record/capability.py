@@ -1,4 +1,4 @@
-"""The line of a record that says what a vehicle can do, whole and after a failure, and what methods serve."""
+"""Record line on a vehicle's capability, whole and after failures, and on the share served."""
 
 import msgspec
 

@@ -1,5 +1,7 @@
-"""The line of a record that says how one cell was measured, and how its answers were judged."""
+"""Record line on one cell: its times, in bins, and the verdict on its answers."""
 
+from functools import cache
+from math import log
 from typing import Annotated
 
 import msgspec
@@ -144,7 +146,7 @@ class Cell(msgspec.Struct, tag="cell", omit_defaults=True):
     solver_singles : times that the solver itself reports for single calls, in the same bins
     iterations_max : most iterations of a call, as the solver counts them
     worst_case_steps : a bound on the steps that no demand can exceed
-    allocator_bytes : see ``bench.harness.memory.reachable_bytes``
+    allocator_bytes : see ``bench.harness.worker.reachable_bytes``
     timed_ns : the sum of all timed calls
     canary_ns : time of the canary just after this cell
     disbelieved : what the solver said in so many of the timed calls and was not believed
@@ -173,3 +175,14 @@ class Cell(msgspec.Struct, tag="cell", omit_defaults=True):
     worst: list[float] = []
     judged: Judged | None = None
     quiet: Quiet | None = None
+
+
+BIN = 1.02
+"""Bins are 2 % wide, so a time is at most 1 % off; the median of single calls repeats only within 1-3 %
+(docs/method.md). Counting in bins keeps a run's record small enough to be committed."""
+
+
+@cache
+def binned(ns: int) -> int:
+    """The middle of the bin that ``ns`` falls into [ns]: the nearest power of BIN, as a whole number."""
+    return ns if ns < 1 else round(BIN ** round(log(ns) / log(BIN)))

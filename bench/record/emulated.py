@@ -1,4 +1,4 @@
-"""The lines of a record about generated C on other processors: instructions counted under emulation."""
+"""Record lines on generated C on other processors: instructions counted under emulation."""
 
 import msgspec
 

@@ -1,4 +1,4 @@
-"""Reads a record back, from its file or from what ``gzip`` made of that file."""
+"""Read a record, plain or gzipped."""
 
 import gzip
 import zlib
@@ -13,8 +13,7 @@ from alloc import AllocError
 from bench.record.capability import Capability
 from bench.record.cell import Cell, Key
 from bench.record.emulated import Emulated, Processor
-from bench.record.names import unusable
-from bench.record.schema import NO_VEHICLE, SCHEMA, Event, Header, Line, Method, Problem, Worker
+from bench.record.schema import NO_VEHICLE, SCHEMA, Event, Header, Line, Method, Problem, Worker, unusable
 
 FILE_NAME = "record.jsonl"
 PACKED = FILE_NAME + ".gz"

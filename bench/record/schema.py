@@ -1,8 +1,10 @@
-"""The lines of a record: each is one JSON object and holds one fact, as it was measured.
+"""Lines of a record and the names in it: each line is one JSON object and holds one fact.
 
 Times are integers in ns. A record holds samples; whoever reads it works out the statistics.
 """
 
+import re
+from collections.abc import Mapping
 from typing import Any, Literal
 
 import msgspec
@@ -183,3 +185,28 @@ class Event(msgspec.Struct, tag="event", omit_defaults=True, kw_only=True):
 
 
 Line = Header | Method | Problem | Capability | Cell | Worker | Emulated | Processor | Event
+
+
+def machine_name(facts: Mapping[str, Any]) -> str:
+    """A name such as ``amd-epyc-2-cores``: what the facts call ``name``, else made of processor and cores."""
+    if name := facts.get("name"):
+        return str(name)
+    cores = facts.get("cores")
+    return slug(f"{facts.get('cpu') or ''} {f'{cores} cores' if cores else ''}")
+
+
+def slug(text: str) -> str:
+    """The text as a folder's name: lower case, with hyphens; ``machine`` where nothing is left of it."""
+    return re.sub(r"[^a-z0-9.]+", "-", re.sub(r"\((r|tm)\)", "", text.lower())).strip("-.") or "machine"
+
+
+LONGEST = 100
+"""Letters of a name at most; a vehicle's file has up to 60, to which each fault adds some."""
+
+
+def unusable(vehicle: str) -> str:
+    """Why a vehicle can't go by that name, which pictures and pages are named after; empty where it can."""
+    if 0 < len(vehicle) <= LONGEST and vehicle.isprintable():
+        return ""
+    shown = f"{vehicle[:40]!r}{' …' if len(vehicle) > 40 else ''}"
+    return f"vehicle {shown} is no name of 1 to {LONGEST} printable characters"

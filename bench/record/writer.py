@@ -1,4 +1,4 @@
-"""Appends to a record: one process at a time, whole lines only, continued where the last run stopped."""
+"""Append to a record: one process at a time, whole lines only, continued after an interruption."""
 
 import errno
 import os

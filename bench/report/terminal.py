@@ -14,7 +14,7 @@ from alloc.allocation import WRENCH_TOLERANCE
 from alloc.files.visible import visible
 from alloc.formulations import Family
 from bench.record import FARTHER
-from bench.record.machine import machine_name
+from bench.record.schema import machine_name
 from bench.report.readme import not_counted, served_share
 from bench.report.sections.moving import of, sequences, title
 from bench.report.verdict import cut_logs, loop_of, sure, verdicts, whose_rate

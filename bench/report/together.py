@@ -3,7 +3,7 @@
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from itertools import groupby
 
-from bench.record.machine import machine_name
+from bench.record.schema import machine_name
 from bench.report.page import MORE
 from bench.report.sections.worth import left_out
 from bench.report.verdict import loop_of, sure, verdicts, whose_rate

@@ -11,7 +11,7 @@ from statistics import median
 
 from alloc.formulations import find_formulation
 from bench.record import Cell, Method
-from bench.record.machine import machine_name
+from bench.record.schema import machine_name
 from bench.results.judgements import Judgements, Worst
 from bench.results.quantiles import merged, quantile, total
 from bench.results.repeats import most

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.record import Problem, RecordError
-from bench.record.machine import machine_name
+from bench.record.schema import machine_name
 from bench.results.bands import as_sizes, bands
 from bench.results.columns import Row
 from bench.results.cycles import Cpi, assumed

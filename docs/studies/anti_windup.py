@@ -8,7 +8,7 @@ import numpy as np
 
 from alloc import Allocation, Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
-from bench.demands.mission import body
+from bench.demands import mission
 from bench.results.text import table
 
 STEP = {"surge": 8.0, "sway": -4.0, "heave": 3.0, "yaw": np.pi / 2}
@@ -39,15 +39,15 @@ def fly(rule: str) -> FloatArray:
     vehicle = load_vehicle("bluerov2-heavy")
     allocate = build("priority", vehicle)
     target = np.array([STEP.get(axis, 0.0) for axis in vehicle.dof])
-    gain = body.M * STIFFNESS**2
+    gain = mission.M * STIFFNESS**2
     place, v, integral = np.zeros(6), np.zeros(6), np.zeros(6)
     track = []
     for _ in range(int(SECONDS * RATE_HZ)):
         error = target - place
-        tau = gain * (error + integral) - 2 * DAMPING * STIFFNESS * body.M * v
+        tau = gain * (error + integral) - 2 * DAMPING * STIFFNESS * mission.M * v
         result = allocate(tau)
         integral = integral + rate(rule, vehicle, error, tau, result, gain) / RATE_HZ
-        v = v + (vehicle.TP @ result.f - body.resistance(v)) / body.M / RATE_HZ
+        v = v + (vehicle.TP @ result.f - mission.resistance(v)) / mission.M / RATE_HZ
         place = place + v / RATE_HZ
         track.append(place)
     return np.array(track)

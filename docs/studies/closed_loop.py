@@ -16,7 +16,7 @@ import numpy as np
 from alloc import NotApplicable, Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.reach.volumes import worst_fault
-from bench.demands.mission.simulate import HALF, RATE_HZ, STEPS, Act, Flight, fly
+from bench.demands.mission import HALF, RATE_HZ, STEPS, Act, Flight, fly
 from bench.judging.last_metre import LINEAR, METHOD, ways
 from bench.results.text import table, three
 

@@ -13,7 +13,7 @@ import numpy as np
 from alloc import Vehicle, alpha_max, build, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.vehicle.limits import Interval
-from bench.judging.reach import corners
+from bench.judging.capability import corners
 from bench.report.pictures.style import BLUE, GREEN, GREY, INK, SETTINGS, VERMILION, save
 
 if TYPE_CHECKING:

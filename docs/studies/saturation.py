@@ -18,8 +18,7 @@ from alloc.allocation import FloatArray
 from alloc.formulations import find_formulation
 from alloc.reach.attainable import alpha_max_lp
 from alloc.reach.edge import start
-from alloc.reach.levels import step_maps
-from alloc.reach.way import Way
+from alloc.reach.way import Way, step_maps
 from bench.results.text import table, three
 
 METHODS = ("scaled", "scaled-by-group", "priority")

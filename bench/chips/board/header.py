@@ -16,7 +16,7 @@ from bench.chips import esc
 from bench.chips.kernel import SCALARS, Kernel
 from bench.demands.store import vehicle_of
 from bench.inputs.board_log import LogBlock, whole
-from bench.record.names import unusable
+from bench.record.schema import unusable
 
 _LARGEST = 1 << 22
 """Bytes of a vehicle at most: a vehicle of a hundred thrusters has 200 kB."""

@@ -4,7 +4,7 @@ import numpy as np
 
 from alloc import Vehicle
 from alloc.allocation import FloatArray
-from bench.demands.mission.simulate import HALF, RATE_HZ, under_way
+from bench.demands.mission import HALF, RATE_HZ, under_way
 
 __all__ = ["COUNT", "RATE_HZ", "SEED_NAME", "demands"]
 

@@ -5,7 +5,7 @@ import numpy as np
 from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.reach.volumes import worst_fault
-from bench.demands.mission.simulate import HALF, RATE_HZ, STEPS, fly
+from bench.demands.mission import HALF, RATE_HZ, STEPS, fly
 
 __all__ = ["COUNT", "RATE_HZ", "SEED_NAME", "answering", "demands"]
 

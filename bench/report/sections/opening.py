@@ -1,6 +1,6 @@
 """Report section: what to take, in a sentence a vehicle, and how sure that is."""
 
-from bench.record.machine import machine_name
+from bench.record.schema import machine_name
 from bench.report.pictures import picture
 from bench.report.verdict import cut_logs, loop_of, sure, usual, whose_rate
 from bench.results.rows import Run

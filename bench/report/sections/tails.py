@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from bench.record import NO_VEHICLE
-from bench.record.bins import BIN
+from bench.record.cell import BIN
 from bench.report.pictures import picture
 from bench.results.columns import Row
 from bench.results.quantiles import interval

@@ -12,7 +12,7 @@ from alloc.allocation import FloatArray
 from alloc.c import missing
 from alloc.errors import VehicleError
 from alloc.formulations import find_formulation
-from alloc.reach.levels import KEEP
+from alloc.reach.way import KEEP
 
 TIBURON = load_vehicle("tiburon")
 GROUPS = (("heave", "roll", "pitch"), ("surge", "sway", "yaw"))

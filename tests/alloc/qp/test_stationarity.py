@@ -5,7 +5,7 @@ import pytest
 
 from alloc import Status, alpha_max, build, load_vehicle
 from alloc.qp import pose_soft
-from alloc.qp.stationarity import Stationarity
+from alloc.qp.certificate import Stationarity
 from alloc.solvers import Answer
 
 VEHICLES = ("ukwial", "bluerov2-heavy", "supply-vessel")

@@ -7,7 +7,7 @@ import pytest
 
 from alloc import Status, Vehicle, build, load_vehicle
 from alloc.qp import pose_hard
-from alloc.qp.whitened import whitened
+from alloc.qp.problem import whitened
 
 
 def full(vehicle: Vehicle, decades: float, rng: np.random.Generator) -> Vehicle:

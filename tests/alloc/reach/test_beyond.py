@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from alloc import load_vehicle
-from alloc.reach import beyond as module
-from alloc.reach.attainable import alpha_range
-from alloc.reach.beyond import beyond
+from alloc.reach import attainable as module
+from alloc.reach.attainable import alpha_range, beyond
 from bench.demands.sets.jolts import within
 
 

@@ -10,7 +10,7 @@ from alloc import Status, Vehicle, build, list_vehicles, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.c import missing
 from alloc.errors import VehicleError
-from alloc.reach.levels import OWN, Levels, groups, step_maps
+from alloc.reach.way import OWN, Levels, groups, step_maps
 from tests.coupled import coupled
 
 ROUNDING = 1e-12

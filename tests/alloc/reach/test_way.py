@@ -12,8 +12,7 @@ from alloc.allocation import FloatArray
 from alloc.c import missing
 from alloc.nullspace.structure import decompose
 from alloc.reach.edge import start
-from alloc.reach.levels import KEEP, groups, step_maps
-from alloc.reach.way import Way
+from alloc.reach.way import KEEP, Way, groups, step_maps
 from alloc.vehicle.geometry import DOF
 from bench.demands.generated import growth_vehicle
 from bench.demands.odd_vehicles import asked, vehicle_of

@@ -7,9 +7,8 @@ import pytest
 
 from alloc import Label, NotApplicable, Vehicle, load_vehicle
 from alloc.reach.attainable import single_axis_maxima
-from bench.demands import DemandSet, build_demands
-from bench.demands.mission import body
-from bench.demands.mission.simulate import HALF, STEPS, fly
+from bench.demands import DemandSet, build_demands, mission
+from bench.demands.mission import HALF, STEPS, fly
 
 NAMES = ["ukwial", "bluerov2-heavy"]
 """A planar vehicle and one with all degrees of freedom; a flight takes a second."""
@@ -25,33 +24,36 @@ def sets(name: str) -> tuple[DemandSet, DemandSet]:
 def test_coriolis_forces_do_no_work():
     rng = np.random.default_rng(1)
     for v in rng.normal(size=(20, 6)):
-        drag = (body.LINEAR + body.QUADRATIC * np.abs(v)) * v
-        assert v @ (body.resistance(v) - drag) == pytest.approx(0, abs=1e-10)
+        drag = (mission.LINEAR + mission.QUADRATIC * np.abs(v)) * v
+        assert v @ (mission.resistance(v) - drag) == pytest.approx(0, abs=1e-10)
 
 
 def test_drag_alone_takes_energy_in_every_direction():
     for v in np.vstack([np.eye(6), -np.eye(6)]):
-        assert v @ body.resistance(v) > 0
+        assert v @ mission.resistance(v) > 0
 
 
 def test_weight_and_buoyancy_pull_along_the_vertical_at_any_attitude():
     for yaw in (0.0, 1.0, -2.0):
         roll, pitch = 0.3, -0.4
-        force = body.rotation(np.array([roll, pitch, yaw])) @ body.restoring(np.array([roll, pitch, yaw]))[:3]
-        assert force == pytest.approx([0, 0, -(body.WEIGHT - body.BUOYANCY)], abs=1e-12)
+        force = (
+            mission.rotation(np.array([roll, pitch, yaw]))
+            @ mission.restoring(np.array([roll, pitch, yaw]))[:3]
+        )
+        assert force == pytest.approx([0, 0, -(mission.WEIGHT - mission.BUOYANCY)], abs=1e-12)
 
 
 def test_a_tilted_body_is_turned_back_upright():
     for tilt in (0.2, -0.2):
-        assert -body.restoring(np.array([tilt, 0, 0]))[3] * tilt < 0
-        assert -body.restoring(np.array([0, tilt, 0]))[4] * tilt < 0
+        assert -mission.restoring(np.array([tilt, 0, 0]))[3] * tilt < 0
+        assert -mission.restoring(np.array([0, tilt, 0]))[4] * tilt < 0
 
 
 def test_attitude_rates_are_those_of_the_rotation_matrix():
     attitude, w, dt = np.array([0.3, -0.5, 1.2]), np.array([0.4, -0.3, 0.7]), 1e-7
-    turned = body.rotation(attitude + dt * body.euler_rates(attitude, w))
+    turned = mission.rotation(attitude + dt * mission.euler_rates(attitude, w))
     skew = np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
-    expected = body.rotation(attitude) @ (np.eye(3) + dt * skew)  # R' = R S(w)
+    expected = mission.rotation(attitude) @ (np.eye(3) + dt * skew)  # R' = R S(w)
     np.testing.assert_allclose(turned, expected, atol=1e-12)
 
 

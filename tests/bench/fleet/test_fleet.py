@@ -15,8 +15,7 @@ from alloc import AllocError
 from bench import load
 from bench.__main__ import cli
 from bench.fleet import lead
-from bench.fleet.host import HostRun, run_here
-from bench.fleet.lead import Host, folders, hosts, keep, run_fleet
+from bench.fleet.lead import Host, HostRun, folders, hosts, keep, run_fleet, run_here
 from bench.fleet.parcel import pack, unpack
 from bench.record import FILE_NAME
 from bench.record.writer import PREVIOUS

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from bench.harness.yardsticks import NOOP, YARDSTICKS
+from bench.harness.timing import NOOP, YARDSTICKS
 from bench.record import Capability
 from bench.results.rows import Run
 

@@ -7,7 +7,7 @@ from alloc import Allocation, Allocator, build, load_vehicle
 from alloc.allocation import FloatArray, StatusArray
 from bench.demands import build_demands
 from bench.demands.store import Case
-from bench.harness.answering import answers_of
+from bench.harness.worker import answers_of
 
 VEHICLE = load_vehicle("ukwial")
 CASE = Case(VEHICLE, build_demands("active", VEHICLE, 1, 200).taus)

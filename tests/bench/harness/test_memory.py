@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from alloc import load_vehicle
-from bench.harness.memory import peak_rss_bytes, reachable_bytes
+from bench.harness.worker import peak_rss_bytes, reachable_bytes
 
 
 def test_an_array_counts_once_however_often_it_is_held() -> None:

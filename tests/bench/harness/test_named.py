@@ -6,8 +6,7 @@ import msgspec
 import pytest
 
 from bench.harness.contenders import contenders
-from bench.harness.plan import SettingsError
-from bench.harness.presets import quick
+from bench.harness.plan import SettingsError, quick
 from tests.plugin_files import write_plugin
 
 

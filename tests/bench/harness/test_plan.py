@@ -4,7 +4,7 @@ from collections import Counter
 
 from alloc.formulations import Family
 from bench.harness.plan import LEAST_MS, MOST_MS, Contender, RunSettings, budget_ns, chosen, groups
-from bench.harness.yardsticks import CANARIES, NOOP
+from bench.harness.timing import CANARIES, NOOP
 from bench.record import Method
 
 PAIRS = [(vehicle, demands) for vehicle in ("one", "two") for demands in ("inactive", "uniform")]

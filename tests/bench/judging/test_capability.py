@@ -16,9 +16,8 @@ from alloc.reach.attainable import closed_form_range, single_axis_maxima
 from alloc.reach.volumes import attainable_volume, closed_form_volume
 from bench.demands import build_demands, list_demands
 from bench.demands.store import Case
-from bench.judging.capability import measure_capabilities, remaining_authority
+from bench.judging.capability import SIZES, corners, measure_capabilities, planes, remaining_authority
 from bench.judging.question import Answers, Ask, Unanswered, ask_here
-from bench.judging.reach import SIZES, corners, planes
 from bench.record import Capability, Served
 
 UKWIAL, SIX = load_vehicle("ukwial"), load_vehicle("bluerov2")

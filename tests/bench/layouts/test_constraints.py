@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.layouts.constraints import refused
+from bench.layouts.measure import refused
 from bench.layouts.space import PlacedThrusters
 from bench.layouts.study import Constraints, MountingBox, Wake
 

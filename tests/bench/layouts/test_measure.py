@@ -19,12 +19,11 @@ from alloc.reach.zonotope import zonotope
 from alloc.vehicle.geometry import DOF
 from bench.judging.capability import remaining_authority
 from bench.judging.loss import loss
-from bench.layouts.authority import volumes
+from bench.layouts.authority import closed_form_volumes, volumes
 from bench.layouts.compile import compile_study
 from bench.layouts.measure import Columns, numbers
 from bench.layouts.run import number_of
-from bench.layouts.sampling import tasks, values
-from bench.layouts.section import closed_form_volumes
+from bench.layouts.shards import tasks, values
 from bench.layouts.space import poses
 from bench.layouts.spaces import Layouts, layout_of, spaces
 from bench.layouts.study import read_study

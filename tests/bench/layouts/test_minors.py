@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from bench.layouts.minors import dependencies, inverse, minors, subsets
+from bench.layouts.spaces import dependencies, inverse, minors, subsets
 
 
 @pytest.mark.parametrize(("n", "d"), [(1, 1), (4, 1), (8, 2), (9, 3), (7, 5)])

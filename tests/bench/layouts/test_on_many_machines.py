@@ -10,8 +10,7 @@ from bench import load
 from bench.fleet.cluster import CONNECT_S
 from bench.harness.plan import RunSettings
 from bench.harness.run import run
-from bench.layouts.sampling import SHARD, tasks
-from bench.layouts.shards import compute, file_name, source_digest
+from bench.layouts.shards import SHARD, compute, file_name, source_digest, tasks
 from bench.record import read
 from tests.clusters import loopback_cluster
 from tests.layout_studies import PLANAR, compiled

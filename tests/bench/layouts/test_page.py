@@ -8,7 +8,7 @@ import pytest
 from bench.layouts.compile import compile_study
 from bench.layouts.measure import column_names, measure
 from bench.layouts.run import number_of
-from bench.layouts.sampling import tasks, values
+from bench.layouts.shards import tasks, values
 from bench.layouts.study import AskedDemands, StudyFile, VariedGroup, read_study
 from tests.layout_studies import compiled
 from tests.pages import blocks

@@ -13,17 +13,26 @@ from scipy.stats import qmc
 
 from alloc import AllocError
 from bench.inputs.demand_csv import read_demands
-from bench.layouts import sampling, shards
-from bench.layouts.front import losses, merged, spread, unbeaten
+from bench.layouts import shards
 from bench.layouts.measure import Columns, numbers
 from bench.layouts.report import page, render_study
 from bench.layouts.run import Compute, Done, check_folder, front_of, identity, run_study
-from bench.layouts.sampling import SHARD, ShardTask, tasks, values
-from bench.layouts.shards import OtherVersion, compute, file_name, read_shard, source_digest, whole_shards
+from bench.layouts.shards import (
+    SHARD,
+    OtherVersion,
+    ShardTask,
+    compute,
+    file_name,
+    read_shard,
+    source_digest,
+    tasks,
+    values,
+    whole_shards,
+)
 from bench.layouts.space import LayoutSpace
 from bench.layouts.spaces import layout_of
 from bench.layouts.study import StudyFile, read_study
-from bench.layouts.summary import OUTCOMES, summarise
+from bench.layouts.summary import OUTCOMES, losses, merged, spread, summarise, unbeaten
 from tests.layout_studies import PLANAR, compiled
 
 pa = pytest.importorskip("pyarrow", reason="needs the extra layouts")
@@ -143,7 +152,7 @@ def test_shards_draw_one_sobol_sequence(study: tuple[LayoutSpace, StudyFile, Pat
 def test_a_grid_has_every_combination_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = PLANAR.replace("to: 80", "to: 80, steps: 3").replace("to: 0.4", "to: 0.4, steps: 4")
     space, _ = compiled(tmp_path, text.replace("to: 170", "to: 170, steps: 2") + "sampling: grid\n")
-    monkeypatch.setattr(sampling, "SHARD", 16)
+    monkeypatch.setattr(shards, "SHARD", 16)
     drawn = np.hstack([values(space, task) for task in tasks(0, 72, "grid", 0)]).T
     assert len({tuple(row) for row in drawn.tolist()}) == len(drawn) == 72
 

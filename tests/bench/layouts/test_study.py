@@ -12,8 +12,8 @@ from alloc.vehicle.file import build_vehicle
 from alloc.vehicle.read import find_file, read_document
 from bench.commands.layouts import command
 from bench.fleet import cluster
-from bench.layouts.best import vehicle_file
 from bench.layouts.measure import measure
+from bench.layouts.report import vehicle_file
 from bench.layouts.run import check_constraints, number_of
 from bench.layouts.space import poses
 from bench.layouts.spaces import layout_of

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from bench.layouts.measure import numbers
-from bench.layouts.pictures import draw_matters
-from bench.layouts.report import page
+from bench.layouts.report import draw_matters, page
 from bench.layouts.run import front_of
-from bench.layouts.sampling import tasks
-from bench.layouts.shards import compute, keep, read_shard, source_digest
+from bench.layouts.shards import compute, keep, read_shard, source_digest, tasks
 from bench.layouts.spaces import layout_of
 from bench.layouts.summary import BINS, OUTCOMES, StudySummary, summarise
 from tests.layout_studies import PLANAR, compiled

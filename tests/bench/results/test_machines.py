@@ -15,7 +15,7 @@ from bench.harness.lines import problem as problem_line
 from bench.inputs.logs import LogOptions
 from bench.judging.question import Question
 from bench.record import Batch, Cell, Emulated, Key, Line, Problem, RecordError
-from bench.record.machine import machine_name
+from bench.record.schema import machine_name
 from bench.results.fit import Fit, Loop
 from bench.results.machines import (
     NamedRun,
