@@ -103,7 +103,9 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option(
             "--frame", type=click.Choice(["frd", "flu"]), help="What the log is in, whatever it says."
         ),
-        click.option("--topic", default="", metavar="T", help="Where a bag has wrenches on several."),
+        click.option(
+            "--topic", default="", metavar="T", help="Where a log has several: its error lists them."
+        ),
     ):
         command = option(command)
     return command

@@ -61,8 +61,6 @@ def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
     from bench.inputs.shares import like_shares
 
     given = read_options(**options)
-    if given.topic:
-        raise click.UsageError("--from-outputs: commands have no topic; leave it out")
     vehicle = load_vehicle(name)
     if not vehicle.esc:
         raise VehicleError(
@@ -72,7 +70,7 @@ def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
         raise DemandError(
             f"--scale has {len(given.scale)} factors; give one, or one for each of {vehicle.k} DOF"
         )
-    outputs = read_outputs(log, vehicle, given.columns, given.frame)
+    outputs = read_outputs(log, vehicle, given.columns, given.frame, given.topic)
     if given.scale and outputs.taus is None:
         raise DemandError(f"{log}: has no demands that could be scaled; leave out --scale")
     made = made_by(outputs, vehicle, given.scale)

@@ -29,8 +29,12 @@ DAMAGED = "; it is damaged in places, so rows may be missing"
 """What is said of a log of which its parser had to leave something out."""
 
 
-def read_ulog(path: Path, *messages: str) -> tuple[dict[str, dict[str, Any]], dict[str, Any], str]:
-    """The first instance of each message in a ULog, by name, the parameters at its start, and what is odd.
+Instances = dict[int, dict[str, Any]]
+"""The columns of each instance of a message that has rows, by the instance's number."""
+
+
+def read_ulog(path: Path, *messages: str) -> tuple[dict[str, Instances], dict[str, Any], str]:
+    """The instances of each of these messages in a ULog, the parameters at its start, and what is odd.
 
     What is odd is text to be added to what is said of the log, empty for nothing. Raises NotInstalled without
     pyulog, and within ``parsing`` FileError for what is no ULog.
@@ -42,7 +46,8 @@ def read_ulog(path: Path, *messages: str) -> tuple[dict[str, dict[str, Any]], di
     # pyulog prints warnings of damaged parts, but standard output is for results.
     with path.open("rb") as file, redirect_stdout(StringIO()):
         log = ULog(file, list(messages))
-    further = sorted({data.name for data in log.data_list if data.multi_id})
-    odd = "".join(f"; of {name} the first instance is read, there are others" for name in further)
-    sets = {data.name: data.data for data in log.data_list if data.multi_id == 0}
-    return sets, log.initial_parameters, odd + (DAMAGED if log.file_corruption else "")
+    sets: dict[str, Instances] = {name: {} for name in messages}
+    for data in sorted(log.data_list, key=lambda data: data.multi_id):
+        if len(data.data["timestamp"]):
+            sets[data.name][data.multi_id] = data.data
+    return sets, log.initial_parameters, DAMAGED if log.file_corruption else ""

@@ -1,7 +1,7 @@
 """Logs of what went to the ESCs. Each module here reads one kind of log.
 
 A module has ``SUFFIXES`` of the files it reads and ``read(path, vehicle) -> Outputs``, whose demands are in
-the log's frame; ``COLUMNS`` where ``read`` also takes names of columns.
+the log's frame; ``COLUMNS`` where ``read`` also takes names of columns, ``TOPIC`` where it takes a topic.
 """
 
 from collections.abc import Mapping, Sequence
@@ -52,17 +52,24 @@ UNPOWERED = "; no voltage was measured, that of 'esc' is taken"
 
 
 def read_outputs(
-    path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None, frame: str = ""
+    path: Path,
+    vehicle: Vehicle,
+    columns: Mapping[str, str] | None = None,
+    frame: str = "",
+    topic: str = "",
 ) -> Outputs:
     """What a log says of a vehicle's outputs; a pulse of 0, which is none, counts as neutral.
 
-    The user may say the ``columns`` of a table and the ``frame`` of the demands. Raises FileError,
-    DemandError or NotInstalled.
+    The user may say the ``columns`` of a table, the ``frame`` of the demands, and as ``topic`` which instance
+    of a ULog's outputs is which bank. Raises FileError, DemandError or NotInstalled.
     """
     module = reader(__name__, path, "log of outputs")
     if columns and not getattr(module, "COLUMNS", False):
         raise DemandError(f"{path}: has no columns; --columns is for tables, leave it out")
-    outputs: Outputs = module.read(path, vehicle, columns) if columns else module.read(path, vehicle)
+    if topic and not getattr(module, "TOPIC", False):
+        raise DemandError(f"{path}: has no instances to choose of; --topic is for ULogs, leave it out")
+    more = filter(None, (columns, topic))  # no module takes both
+    outputs: Outputs = module.read(path, vehicle, *more)
     if not len(outputs.u):
         raise DemandError(f"{path}: holds no outputs; log them")
     bad = np.flatnonzero(~np.isfinite(outputs.u).all(axis=1))
@@ -162,6 +169,45 @@ def motor_channels(path: Path, named: Sequence[int | None], parameters: str) -> 
             f"{path}: no {parameters} names motor {', '.join(missing)}; is the log of this vehicle?"
         )
     return [channel for channel in named if channel is not None]
+
+
+def joined(parts: Sequence[tuple[FloatArray, FloatArray]]) -> tuple[FloatArray, FloatArray, str]:
+    """Rows of messages side by side at the times of the first, and what is said of rows that are left out.
+
+    Each message has times (M,) and values (M, …). The row nearest in time is taken, and a row is left out
+    where that is more than a step away: that message was not logged then.
+    """
+    times, values = parts[0]
+    kept, columns = np.ones(len(times), dtype=bool), [values]
+    for others, more in parts[1:]:
+        near = np.searchsorted((others[1:] + others[:-1]) / 2, times)
+        step = max((np.median(np.diff(each)) for each in (times, others) if len(each) > 1), default=np.inf)
+        kept &= np.abs(others[near] - times) <= step
+        columns.append(more[near])
+    lost = int(np.count_nonzero(~kept))
+    said = f"; {lost} rows left out, as another bank was not logged then" if lost else ""
+    return times[kept], np.hstack(columns)[kept], said
+
+
+def battery(
+    path: Path, packs: Mapping[int, tuple[FloatArray, FloatArray]], at: FloatArray
+) -> tuple[FloatArray | None, str]:
+    """The voltage (N,) at some times of the first battery that measured one, and a doubt about others.
+
+    Packs are times (M,) and voltages (M, 1) by the battery's number; None where none was measured.
+    """
+    medians = {i: f"{np.median(v[v > 0]):.3g} V" for i, (_, v) in packs.items() if (v > 0).any()}
+    if not medians:
+        return None, ""
+    first = min(medians)
+    doubt = ""
+    if len(set(medians.values())) > 1:
+        listed = ", ".join(f"{i} ({volts}, median)" for i, volts in medians.items())
+        doubt = (
+            f"{path.name}: batteries {listed} are logged; thrusts are at the voltage of {first}: if another"
+            " feeds the thrusters, give a CSV with its 'volts'"
+        )
+    return held(*packs[first], at)[:, 0], doubt
 
 
 def held(times: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:

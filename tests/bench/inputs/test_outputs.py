@@ -270,7 +270,7 @@ def test_two_dives_in_one_ulog_are_not_shuffled_into_one(
     tmp_path: Path, topic: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sets, *others = px4.read_ulog(ulog(tmp_path), px4.OUTPUTS, px4.BATTERY, *px4.ASKED)
-    sets[topic]["timestamp"] = TWICE * 1e6  # pyulog's writer would sort them
+    sets[topic][0]["timestamp"] = TWICE * 1e6  # pyulog's writer would sort them
     monkeypatch.setattr(px4, "read_ulog", lambda *_: (sets, *others))
     with pytest.raises(AllocError, match=r"dive\.ulg: time goes back from 2\.48 to 0\.5 s, as where"):
         read_outputs(tmp_path / "dive.ulg", VEHICLE)
@@ -425,8 +425,11 @@ def test_motors_whose_pulses_the_autopilot_mirrors_and_the_vehicle_does_not_are_
 def test_a_ulog_s_parameters_say_which_output_is_whose_and_which_is_mirrored(tmp_path: Path) -> None:
     n = VEHICLE.n  # the last output is motor 1
     sets = {
-        px4.OUTPUTS: {"timestamp": np.arange(3)} | {f"output[{c}]": np.full(3, 1500.0 + c) for c in range(n)}
-    }
+        px4.OUTPUTS: {
+            0: {"timestamp": np.arange(3)} | {f"output[{c}]": np.full(3, 1500.0 + c) for c in range(n)}
+        },
+        px4.BATTERY: {},
+    } | {name: {} for name in px4.ASKED}
     functions = {f"PWM_MAIN_FUNC{n - i}": px4.FIRST_MOTOR + i for i in range(n)}
     own = sum(1 << (n - 1 - i) for i, esc in enumerate(VEHICLE.esc) if esc.reversed)
     found = px4._outputs(tmp_path, VEHICLE, sets, functions | {"PWM_MAIN_REV": own}, "")
