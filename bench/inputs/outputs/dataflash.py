@@ -1,6 +1,7 @@
 """ArduPilot's dataflash logs: RCOU, BAT, RATE and ATT (library pymavlink, extra ``ardupilot``).
 
-RCOU holds the pulses of the outputs [µs], PARM which motor each output drives, BAT the voltage, and RATE
+RCOU, RCO2 (from output 15) and RCO3 (from 19) hold the pulses of the outputs [µs], as C1 to C32, each only
+where one of its outputs is in use; PARM says which motor each output drives, BAT the voltage, and RATE
 what the attitude controller asked of the mixer, in shares of all that it has; ATT says how far off the
 attitude was. Axes are x forward, y to starboard, z down.
 """
@@ -18,13 +19,14 @@ import numpy as np
 from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError, FileError, NotInstalled
-from bench.inputs.outputs import Outputs, held, mirrored, motor_channels
+from bench.inputs.outputs import Outputs, battery, held, joined, mirrored, motor_channels
 from bench.inputs.parsers import DAMAGED, parsing
 from bench.inputs.time_order import in_order
 
 SUFFIXES = (".bin",)
-MOTORS = (*range(33, 41), *range(82, 86))
-"""SERVOn_FUNCTION of motors 1 to 12 (ArduPilot, SRV_Channel.h)."""
+MOTORS = (*range(33, 41), *range(82, 86), *range(160, 180))
+"""SERVOn_FUNCTION of motors 1 to 32 (ArduPilot, SRV_Channel.h)."""
+PULSES = ("RCOU", "RCO2", "RCO3")
 ASKED = {"roll": "ROut", "pitch": "POut", "yaw": "YOut"}
 ANGLES = ("Roll", "Pitch", "Yaw")
 HEADER = 3
@@ -44,7 +46,7 @@ def read(path: Path, vehicle: Vehicle) -> Outputs:
         ) from None
     # The indexer in C prints of each damaged byte past Python's streams; the one in Python can be silenced.
     os.environ.setdefault("PYMAVLINK_FAST_INDEX", "0")
-    rows: dict[str, list[dict[str, Any]]] = {"RCOU": [], "BAT": [], "RATE": [], "ATT": [], "PARM": []}
+    rows: dict[str, list[dict[str, Any]]] = {name: [] for name in (*PULSES, "BAT", "RATE", "ATT", "PARM")}
     with parsing(path, "log", "pymavlink"):
         if path.stat().st_size > LARGEST:
             raise DemandError(f"{path}: is larger than {LARGEST / 1e9:g} GB; cut it")
@@ -89,23 +91,29 @@ def _check_formats(path: Path) -> None:
 
 
 def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]) -> Outputs:
-    if not rows["RCOU"]:
+    if not any(rows[name] for name in PULSES):
         raise DemandError(f"{path}: holds no RCOU; set LOG_BITMASK so that outputs are logged")
     functions = {row["Name"]: row["Value"] for row in rows["PARM"]}
     drives = {functions.get(f"SERVO{c}_FUNCTION"): c for c in range(32, 0, -1)}
     wanted = [drives.get(MOTORS[i]) if i < len(MOTORS) else None for i in range(vehicle.n)]
     channels = motor_channels(path, wanted, "SERVOn_FUNCTION")
     beyond = [i + 1 for i in range(vehicle.n, len(MOTORS)) if MOTORS[i] in drives]
-    if f"C{max(channels)}" not in rows["RCOU"][0]:
+    found = {name: [c for c in channels if rows[name] and f"C{c}" in rows[name][0]] for name in PULSES}
+    lacking = [c for c in channels if not any(c in there for there in found.values())]
+    if lacking:
         raise DemandError(
-            f"{path}: RCOU has no C{max(channels)}, but {vehicle.name} has {vehicle.n} thrusters; is the log"
-            " of this vehicle?"
+            f"{path}: {', '.join(PULSES)} have no C{lacking[0]}, but {vehicle.name} has {vehicle.n}"
+            " thrusters; is the log of this vehicle?"
         )
-    t, u = _timed(path, rows["RCOU"], *(f"C{c}" for c in channels))
-    batteries = [row for row in rows["BAT"] if row.get("Inst", row.get("Instance", 0)) == 0]
-    volts = None
-    if batteries:
-        volts = held(*_timed(path, batteries, "Volt"), t)[:, 0]
+    t, pulses, lost = joined(
+        [_timed(path, rows[name], *(f"C{c}" for c in there)) for name, there in found.items() if there]
+    )
+    order = [c for there in found.values() for c in there]
+    u = pulses[:, [order.index(c) for c in channels]]
+    packs: dict[int, list[dict[str, Any]]] = {}
+    for row in rows["BAT"]:
+        packs.setdefault(row.get("Inst", row.get("Instance", 0)), []).append(row)
+    volts, of_volts = battery(path, {i: _timed(path, each, "Volt") for i, each in packs.items()}, t)
     taus = None
     if rows["RATE"]:
         taus = np.full((len(t), vehicle.k), np.nan)
@@ -113,14 +121,14 @@ def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]
         for axis, column in zip(ASKED, asked.T, strict=True):
             if axis in vehicle.dof:
                 taus[:, vehicle.dof.index(axis)] = column
-    said = f"{path.name}: RCOU's outputs {', '.join(map(str, channels))} are the thrusters, in this order"
+    said = f"{path.name}: outputs {', '.join(map(str, channels))} are the thrusters, in this order{lost}"
     if beyond:
         motors = ", ".join(map(str, beyond))
         said += f"; {vehicle.name} has none for motor {motors}: is the log of this vehicle?"
     said += _attitude(rows["ATT"])
     ways = {i: functions[key] < 0 for i in range(vehicle.n) if (key := f"MOT_{i + 1}_DIRECTION") in functions}
     return Outputs(
-        t - t[0],
+        t - t[:1],
         u,
         volts,
         taus,
@@ -128,7 +136,7 @@ def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]
         said=said,
         frame="frd",
         why="as ArduPilot has it",
-        doubt=mirrored(path, vehicle, ways, "MOT_n_DIRECTION"),
+        doubt="; ".join(filter(None, (mirrored(path, vehicle, ways, "MOT_n_DIRECTION"), of_volts))),
     )
 
 

@@ -8,18 +8,20 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from alloc import load_vehicle
+from alloc import AllocError, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from bench.__main__ import cli, main
 from bench.inputs.logs import LogOptions, read_log
 from bench.inputs.outputs import read_outputs
-from tests.output_logs import write_banks, write_ulog_of
+from tests.output_logs import write_banks, write_bin, write_ulog_of
 
 VEHICLE = load_vehicle("bluerov2-heavy")
 T = np.arange(20) * 0.1
 U = np.round(1500 + 300 * np.sin(T[:, None] + np.arange(8)))
 """Pulses of motors 1 to 8, no two of which are alike."""
+STILL = np.zeros((20, 3))
+VOLTS = np.full(20, 16.0)
 
 
 def bank(outputs: int, motors: dict[int, int], idle: float) -> FloatArray:
@@ -174,6 +176,50 @@ def test_rows_that_one_bank_does_not_have_are_left_out(tmp_path: Path) -> None:
     np.testing.assert_array_equal(outputs.u[:, :4], U[kept, :4])
     np.testing.assert_array_equal(outputs.u[:10, 4:], U[5:15, 4:])
     assert "; 9 rows left out, as another bank was not logged then" in outputs.said
+
+
+@pytest.mark.parametrize(
+    "outputs",
+    [(1, 2, 3, 4, 13, 14, 15, 16), (9, 10, 17, 18, 19, 20, 31, 32), (15, 16, 17, 18, 22, 21, 20, 19)],
+)
+def test_motors_on_dataflash_outputs_above_14_are_read_of_the_same_moment(
+    tmp_path: Path, outputs: tuple[int, ...]
+) -> None:
+    """RCO2 and RCO3 were not read: a motor on output 15 was 'no log of this vehicle'."""
+    pytest.importorskip("pymavlink", reason="the extra ardupilot")
+    file = write_bin(tmp_path, T, U.astype(int), VOLTS, STILL, outputs=outputs)
+    np.testing.assert_array_equal(read_outputs(file, VEHICLE).u, U)
+
+
+def test_motors_13_to_32_have_functions_of_their_own(tmp_path: Path) -> None:
+    pytest.importorskip("pymavlink", reason="the extra ardupilot")
+    wide = (*range(33, 39), 160, 179)
+    file = write_bin(tmp_path, T, U.astype(int), VOLTS, STILL, outputs=tuple(range(1, 9)), functions=wide)
+    with pytest.raises(AllocError, match="names motor 7, 8; is the log of this vehicle"):
+        read_outputs(file, VEHICLE)
+    six = read_outputs(file, load_vehicle("bluerov2"))
+    assert "bluerov2 has none for motor 13, 32" in six.said
+
+
+def test_a_second_battery_of_another_voltage_is_doubted(tmp_path: Path) -> None:
+    """Its first instance was taken, or of a .BIN none where only the second battery was measured."""
+    pytest.importorskip("pymavlink", reason="the extra ardupilot")
+    given = (tmp_path, T, U.astype(int))
+    two = read_outputs(write_bin(*given, VOLTS, STILL, second_pack=VOLTS - 4), VEHICLE)
+    assert (
+        "batteries 0 (16 V, median), 1 (12 V, median) are logged; thrusts are at the voltage of 0"
+        in two.doubt
+    )
+    assert two.volts == pytest.approx(VOLTS)
+    alike = read_outputs(write_bin(*given, VOLTS, STILL, second_pack=VOLTS), VEHICLE)
+    assert alike.doubt == ""
+    second = read_outputs(write_bin(*given, VOLTS * 0, STILL, second_pack=VOLTS - 1), VEHICLE)
+    assert second.volts == pytest.approx(VOLTS - 1)
+    assert second.doubt == ""
+    packs = [("battery_status", i, T, {"voltage_v": VOLTS - i}) for i in (0, 1)]
+    outputs = {f"output[{i}]": U[:, i] for i in range(8)}
+    file = write_ulog_of(tmp_path, [("actuator_outputs", 0, T, outputs), *packs])
+    assert "batteries 0 (16 V, median), 1 (15 V, median)" in read_outputs(file, VEHICLE).doubt
 
 
 def test_setpoints_of_several_instances_are_chosen_by_the_user(tmp_path: Path) -> None:
