@@ -38,7 +38,7 @@ class Cells:
     units : the cells of a line of units below the header; empty where there is none
     separator : what stands between cells
     decimal : ``.`` or ``,`` once a number has shown which one the file has, else empty
-    frame : what a comment says, else empty
+    frame : what comments say, and which of them, as ``frame_in`` has it
     times : ``dates`` or ``numbers`` once a time has shown which ones the file has, else empty
     rows : the other rows, each with its line
     """
@@ -50,7 +50,7 @@ class Cells:
     separator: str
     rows: Iterator[tuple[int, list[str]]] = field(repr=False)
     decimal: str = ""
-    frame: str = ""
+    frame: tuple[str, str] = ("", "")
     times: str = ""
 
     def stamped(self, column: Column) -> Column:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 from alloc.vehicle.frame import AXES, described
 from alloc.vehicle.keys import Numbers
-from bench.inputs.frames import frame_in
+from bench.inputs.frames import frame_in, undecided
 
 
 @dataclass(kw_only=True)
@@ -25,6 +25,7 @@ class Draft:
     weights, slack_weights : (n,) and (k,) diagonals of H and Q
     frame : frd or flu
     frame_assumed : why that frame is taken, in a sentence; empty where the file, its format or the user says
+    frame_refused : why no frame can be taken until the user says one; empty where one can
     assumptions : what else the file does not say and is assumed, one sentence each
     """
 
@@ -42,15 +43,18 @@ class Draft:
     slack_weights: Numbers | None = None
     frame: str = "frd"
     frame_assumed: str = ""
+    frame_refused: str = ""
     limits_assumed: list[str] = field(default_factory=list)
     assumptions: list[str] = field(default_factory=list)
 
 
 def commented(draft: Draft, text: str) -> Draft:
-    """The draft in the frame that a comment of its file says, as this program writes it; else in frd."""
-    if (frame := frame_in(text)) in AXES:
-        draft.frame = frame
-    else:
-        named = f"frame {frame}" if frame else "no frame"
-        draft.frame_assumed = f"The file names {named}: {described('frd')} is taken; --frame flu if z is up."
+    """The draft in the frame that a comment of its file says; without one in its format's own, else frd."""
+    said, why = frame_in(text)
+    if said in AXES:
+        draft.frame, draft.frame_assumed = said, ""
+    elif said:
+        draft.frame_refused = undecided(said, why)
+    elif not draft.frame_assumed:
+        draft.frame_assumed = f"The file names no frame: {described('frd')} is taken; --frame flu if z is up."
     return draft

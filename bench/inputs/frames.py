@@ -15,9 +15,19 @@ _DOWN = re.compile(r"(\b|_|base|body|link)(ned|frd|fsd)(\b|_)", re.IGNORECASE)
 """A word of a ROS frame with z down: north, east, down; ahead, to the right or to starboard, down."""
 _ROS = re.compile(r"(force|torque|linear|angular)[./_]+[yz]\b", re.IGNORECASE)
 """Names of geometry_msgs' fields along y and z, whose signs depend on the frame."""
-_COMMENT = re.compile(
-    r"^\s*(?:#|%|//).*?\bframe(?P<id>_?id)?\s*[:=]\W*(?P<name>[^\W\d][\w/]*)", re.MULTILINE | re.IGNORECASE
+_COMMENT = re.compile(r"^[^\S\n]*(?:#|%|//).*", re.MULTILINE)
+_FORM = re.compile(r"\bframe(?P<id>_?id)?\s*[:=]\W*(?P<name>[^\W\d][\w/]*)", re.IGNORECASE)
+"""The form in which a comment says a frame."""
+_WORD = re.compile(
+    r"(\b|_|base|body|link)(ned|frd|fsd|flu|enu)(\b|_)|\bbase_link\b"
+    r"|(?<![^\W_])(?:z|heave)(?![^\W_])(?:[\W_]|axis|is|points|positive)*(?:down|up)(?:wards?)?\b(?!\s+to\b)"
+    r"|\b(?:forward|ahead|north|east)\W+(?:right|starboard|left|port|north|east)\W+(?:down|up)\b"
+    rf"|\b(?:{'|'.join(FIXED)})[\W_](?:fixed[\W_])?frame\b",
+    re.IGNORECASE,
 )
+"""Words that are about axes, in whatever form."""
+UNREAD = "unread"
+"""In place of a frame where something is about axes, in no form that is read."""
 
 
 def frame_comment(frame: str) -> str:
@@ -25,18 +35,38 @@ def frame_comment(frame: str) -> str:
     return f"# frame: {frame} ({AXES[frame]})\n"
 
 
-def frame_in(text: str) -> str:
-    """What comments as such a line say, ``flu`` or ``enu and flu``; empty where there is none.
+def frame_in(text: str) -> tuple[str, str]:
+    """The frame that comments as such a line say, ``flu`` or ``enu and flu``, and what says so; else empty.
 
-    A comment with ROS's frame_id says the frame of that, where it turns with the vehicle, else the id.
+    A comment with ROS's frame_id says the frame of that, where it turns with the vehicle, else the id. Where
+    only comments in other forms have words about axes, it is ``UNREAD``.
     """
-    found = [(match["id"], match["name"].lower()) for match in _COMMENT.finditer(text)]
-    return " and ".join(sorted({of_id(name) if is_id and not fixed(name) else name for is_id, name in found}))
+    names, unread = set[str](), ""
+    for comment in _COMMENT.finditer(text):
+        if match := _FORM.search(comment[0]):
+            name = match["name"].lower()
+            names.add(of_id(name) if match["id"] and not fixed(name) else name)
+        elif not unread and _WORD.search(comment[0]):
+            unread = f"line {text.count(chr(10), 0, comment.start()) + 1}: {comment[0].strip()[:60]!r}"
+    if names:
+        return " and ".join(sorted(names)), "its comment"
+    return (UNREAD, unread) if unread else ("", "")
+
+
+def undecided(said: str, why: str) -> str:
+    """The refusal of a frame that is neither frd nor flu, as ``frame_in`` says it."""
+    if said == UNREAD:
+        return (
+            f"{why} may say a frame, but not in a form that is read; write the line '# frame: frd' or"
+            " '# frame: flu', or give --frame frd or flu"
+        )
+    return f"{why} says frame {said}; give --frame frd or flu"
 
 
 def of_id(frame_id: str) -> str:
-    """The frame of a ROS frame_id: z down where it says so by ned (REP 103), frd or fsd, else up."""
-    return "frd" if _DOWN.search(frame_id) else "flu"
+    """The frame of a ROS frame_id: z down where it says so by ned (REP 103), frd, fsd or down, else up."""
+    down = _DOWN.search(frame_id) or (_WORD.search(frame_id) and "down" in frame_id.lower())
+    return "frd" if down else "flu"
 
 
 def fixed(frame_id: str) -> bool:
@@ -46,9 +76,10 @@ def fixed(frame_id: str) -> bool:
 
 _ID = re.compile(r"(?P<message>.*?)(?:header[./_])?frame_?id", re.IGNORECASE)
 """A column with ROS's frame_id, behind the name of its message."""
-_FRAME = re.compile(r"(?:coord\w*_)?frame", re.IGNORECASE)
-_AXES = re.compile(r"(\b|_|base|body|link)(ned|frd|fsd|flu|enu)(\b|_)|^base_link", re.IGNORECASE)
-"""What a column of that name says of axes; anything else there, as a number, may be no frame of these."""
+_FRAME = re.compile(
+    r"(?:(?:coord\w*|ref|reference|body|vehicle|wrench|demand)[ _.])?frame|axes|coord\w*[ _.]system",
+    re.IGNORECASE,
+)
 
 
 class IdColumn(NamedTuple):
@@ -66,7 +97,7 @@ class IdColumn(NamedTuple):
     def ids(self, cells: Sequence[str]) -> set[str]:
         """The frame_id in a row, in small letters; none where the cell is empty, or says something else."""
         name = "" if self.place is None else cells[self.place].strip().lower()
-        return {name} if name and (not self.other or _AXES.search(name)) else set()
+        return {name} if name and (not self.other or _WORD.search(name) or fixed(name)) else set()
 
     def read(self, ids: Set[str]) -> int | None:
         """Its place, unless it may hold other things and no row had one of the ``ids``."""
@@ -105,26 +136,38 @@ def of_ids(path: Path, ids: Set[str]) -> tuple[str, str, str]:
     return "flu", f"as ROS has it, frame_id {named[:40]!r}" if named else "as ROS has it", doubt
 
 
-def of_table(path: Path, comment: str, ids: Set[str]) -> tuple[str, str, str]:
-    """As ``of_ids``, of a table, where its ``comment`` goes before its frame_ids; empty without either."""
-    if comment:
-        return comment, "its comment", ""
-    return of_ids(path, ids) if ids else ("", "", "")
+def of_table(path: Path, comment: tuple[str, str], ids: Set[str]) -> tuple[str, str, str]:
+    """As ``of_ids``, of a table, where its ``comment`` goes before its frame_ids; empty without either.
+
+    An id about other axes than the comment's leaves the frame undecided.
+    """
+    said, why = comment
+    if not said:
+        return of_ids(path, ids) if ids else ("", "", "")
+    other = min((name for name in ids if _WORD.search(name) and of_id(name) != said), default="")
+    if other and said in AXES:
+        said = f"{said}, a row of it {other[:40]!r}"
+    return said, why, ""
 
 
-def frame_of(path: Path, told: str, said: str, why: str, wanted: str) -> tuple[str, str]:
-    """The frame of a log's demands, and what says so; raises DemandError where the log says one that is none.
+def frame_of(
+    path: Path, told: str, said: str, why: str, wanted: str, named: Sequence[str] = ()
+) -> tuple[str, str]:
+    """The frame of a log's demands, and what says so; raises DemandError where the log leaves it undecided.
 
     Parameters
     ----------
     told : by the user, else empty
     said, why : by the log, else empty, and where
     wanted : the vehicle's, which is taken where nothing says one
+    named : names of the demands' columns
     """
     if told:
         return told, "--frame"
+    if not said and (column := next(filter(_WORD.search, named), "")):
+        said, why = UNREAD, f"column {column[:40]!r}"
     if said and said not in AXES:
-        raise DemandError(f"{path}: {why} says frame {said}; give --frame frd or flu")
+        raise DemandError(f"{path}: {undecided(said, why)}")
     return (said, why) if said else (wanted, "the file names none")
 
 

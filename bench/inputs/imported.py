@@ -115,6 +115,8 @@ def _completed(path: Path, draft: Draft, options: ImportOptions) -> Draft:
             raise VehicleError(f"{path}: T has {len(draft.T)} rows without names; {remedy}", "dof")
         if not options.dof:
             notes.append(f"The rows of T have no names: {', '.join(dof)} is taken.")
+    if draft.frame_refused and not options.frame:
+        raise VehicleError(f"{path}: {draft.frame_refused}", "frame")
     frame = options.frame or draft.frame
     why = f"The frame is {frame}, as told." if options.frame else draft.frame_assumed
     notes.append(why or f"The frame is {described(frame)}, as the file says.")

@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from alloc.errors import VehicleError
+from alloc.files.textfile import read_text
 from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle.frame import described
 from alloc.vehicle.geometry import DOF
-from bench.inputs.draft import Draft
+from bench.inputs.draft import Draft, commented
 from bench.inputs.parameters import find, numbers, rows
 
 ROWS = {
@@ -32,7 +33,11 @@ def recognises(path: Path, text: str) -> bool:
 
 
 def read(path: Path) -> Draft:
-    """The Draft of a TAM file; raises FileError or VehicleError."""
+    """The Draft of a TAM file, in the frame that a comment says; raises FileError or VehicleError."""
+    return commented(_draft(path), read_text(path))
+
+
+def _draft(path: Path) -> Draft:
     tree = read_yaml(path)
     tam = find(tree, "tam")
     if isinstance(tam, dict):

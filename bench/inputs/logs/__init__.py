@@ -102,7 +102,7 @@ def read_log(
         if topic:
             raise DemandError(f"{path}: a table has no topic {topic!r}; --columns says which column is what")
         table = read_demands(path, dof, options.columns, thrusters, by_volts=by_volts)
-        given, why = frame_of(path, options.frame, table.frame, table.why, frame)
+        given, why = frame_of(path, options.frame, table.frame, table.why, frame, table.named)
         taus, turning = met(table.taus, dof, given, why, frame)
         said = f"{table.said}; {turning}" if table.said else f"{path.name}: {turning}"
         framed = doubted(path, options.frame, table.frame, table.framed, table.named, frame)

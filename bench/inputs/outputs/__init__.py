@@ -94,7 +94,7 @@ def _turned(path: Path, outputs: Outputs, vehicle: Vehicle, told: str) -> Output
         if told:
             raise DemandError(f"{path}: has no demands that could be in a frame; leave out --frame {told}")
         return outputs
-    given, why = frame_of(path, told, outputs.frame, outputs.why, vehicle.frame)
+    given, why = frame_of(path, told, outputs.frame, outputs.why, vehicle.frame, outputs.named)
     taus, turning = met(outputs.taus, vehicle.dof, given, why, vehicle.frame)
     framed = doubted(path, told, outputs.frame, outputs.framed, outputs.named, vehicle.frame)
     doubt = "; ".join(filter(None, (framed, outputs.doubt)))

@@ -27,6 +27,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "nan.csv").write_text("surge,sway,yaw\n1,nan,3\n")
     (tmp_path / "wide.csv").write_text("surge,sway,yaw\n1,2,3,4\n")
     (tmp_path / "other.csv").write_text("surge,heave\n1,2\n")
+    (tmp_path / "ned.csv").write_text("# NED\nsurge,sway,yaw\n1,2,3\n")
     (tmp_path / "empty.csv").write_text("")
     (tmp_path / "binary.csv").write_bytes(bytes(range(256)))
     (tmp_path / "broken.yaml").write_text("name: [\n")
@@ -102,6 +103,7 @@ def refusal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
         ("allocate|gone.csv|--vehicle|ukwial|--method|pinv", "gone.csv: can't be read (no such file"),
         ("allocate|folder|--vehicle|ukwial|--method|pinv", "folder: not a bag, as it has no metadata.yaml"),
         ("allocate|nan.csv|--vehicle|ukwial|--method|pinv", "nan.csv: line 2: sway is 'nan'"),
+        ("allocate|ned.csv|--vehicle|ukwial|--method|pinv", "ned.csv: line 1: '# NED' may say a frame"),
         ("allocate|wide.csv|--vehicle|ukwial|--method|pinv", "wide.csv: line 2: 4 cells under 3 columns"),
         (
             "allocate|other.csv|--vehicle|ukwial|--method|pinv",

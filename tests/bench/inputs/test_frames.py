@@ -2,6 +2,7 @@
 
 import csv
 import io
+import re
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from bench.demands import build_demands
 from bench.inputs.demand_csv import format_demands
 from bench.inputs.frames import of_id
 from bench.inputs.logs import LogOptions, log_for, read_log
+from bench.inputs.starter import first_demands
 from tests.log_files import PLANAR, WRITERS, write_bag1, write_bag2, write_ulog
 
 BOX = """\
@@ -164,6 +166,77 @@ def test_a_frame_that_is_none_or_two_is_refused_until_the_user_says_one(
     assert "frame flu (--frame)" in read_log(file, PLANAR, LogOptions(frame="flu")).said
 
 
+@pytest.mark.parametrize(
+    "comment",
+    [
+        "# frame frd",
+        "# axes: frd",
+        "# NED",
+        "% z down",
+        "// heave positive down",
+        "# wrench_frd",
+        "#in flu",
+        "# x forward, z-axis points up",
+        "# body_frame: flu",
+        "# forward, right, down",
+        "# in the world frame",
+        "# frame: x forward, y right",
+        "# tau in base_link",
+    ],
+)
+def test_a_comment_about_axes_in_another_form_is_refused_with_the_form_to_write(
+    comment: str, tmp_path: Path
+) -> None:
+    """'the file names none' was said, nothing turned, and four signs were wrong in a vehicle in flu."""
+    file = tmp_path / "log.csv"
+    file.write_text(f"# dive 7\n{comment}\nsurge,sway,yaw\n1,2,3\n")
+    says = "its comment says frame x" if "frame: x" in comment else f"line 2: {comment!r} may say a frame"
+    with pytest.raises(DemandError, match=f"{re.escape(says)}.* give --frame frd or flu$") as refused:
+        read_log(file, PLANAR)
+    assert ("write the line '# frame: frd' or '# frame: flu'" in str(refused.value)) == ("may" in says)
+    assert read_log(file, PLANAR, LogOptions(frame="flu")).taus.tolist() == [[1, -2, -3]]
+    file.write_text(f"{comment}\n# frame: flu\nsurge,sway,yaw\n1,2,3\n")
+    if "frame:" not in comment:
+        assert read_log(file, PLANAR).taus.tolist() == [[1, -2, -3]]
+
+
+@pytest.mark.parametrize(
+    "comment", ["# leak on the port bow", "# z up to 3 m", "# frame rate 50 Hz", "# fluid"]
+)
+def test_a_comment_about_other_things_says_no_frame(comment: str, tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text(f"{comment}\nsurge,sway,yaw\n1,2,3\n")
+    assert "the file names none" in read_log(file, PLANAR).said
+
+
+def test_names_of_columns_that_are_about_axes_are_refused_until_a_frame_is_said(tmp_path: Path) -> None:
+    """Of 'flu/fx' it was said that the file names no frame."""
+    file = tmp_path / "log.csv"
+    file.write_text("flu/fx,flu/fy,flu/mz\n1,2,3\n")
+    with pytest.raises(DemandError, match=r"column 'flu/fx' may say a frame.* or give --frame frd or flu"):
+        read_log(file, PLANAR)
+    assert read_log(file, PLANAR, LogOptions(frame="flu")).taus.tolist() == [[1, -2, -3]]
+    file.write_text("# frame: flu\nflu/fx,flu/fy,flu/mz\n1,2,3\n")
+    assert read_log(file, PLANAR).taus.tolist() == [[1, -2, -3]]
+
+
+@pytest.mark.parametrize("told", ["", "flu"])
+def test_a_comment_and_a_column_about_other_axes_are_refused_until_a_frame_is_said(
+    told: str, tmp_path: Path
+) -> None:
+    """The comment was taken, and of the column that contradicts it nothing was said."""
+    for comment, name, cell in (("frd", "frame", "flu"), ("flu", "frame_id", "base_link_ned")):
+        file = tmp_path / "log.csv"
+        file.write_text(f"# frame: {comment}\n{name},surge,sway,yaw\n{cell},1,2,3\n")
+        if told:
+            assert read_log(file, PLANAR, LogOptions(frame=told)).taus.tolist() == [[1, -2, -3]]
+            continue
+        with pytest.raises(DemandError, match=f"says frame {comment}, a row of it '{cell}'; give --frame"):
+            read_log(file, PLANAR)
+    file.write_text("# frame: frd\nframe_id,surge,sway,yaw\nrov,1,2,3\n")  # no word about axes
+    assert read_log(file, PLANAR).frame == "frd"
+
+
 def test_bags_and_ulogs_say_why_their_frame_is_taken(tmp_path: Path) -> None:
     t = np.arange(3) / 50
     for folder in "abcd":
@@ -227,6 +300,14 @@ def test_what_demands_writes_names_its_frame_and_is_read_back_into_either(
         thrustbench("demands", bag, "--vehicle", box[frame], "-o", out)
         assert out.read_text().startswith(f"# frame: {frame} (x ahead, ")
         np.testing.assert_array_equal(read_log(out, DOF, frame="frd").taus, TAU)
+
+
+@pytest.mark.parametrize("frame", ["frd", "flu"])
+def test_the_demands_to_start_from_name_their_frame(frame: str, box: dict[str, Path], tmp_path: Path) -> None:
+    file, vehicle = tmp_path / "demands.csv", load_vehicle(box[frame])
+    file.write_text(first_demands(vehicle))
+    log = log_for(vehicle, file, LogOptions())
+    assert (log.frame, "nothing turned" in log.said) == (frame, True)
 
 
 @pytest.mark.parametrize("form", ["csv", "ros"])
@@ -301,7 +382,7 @@ def test_frame_ids_that_do_not_turn_or_contradict_each_other_are_told(tmp_path: 
     assert read_log(file, DOF, LogOptions(frame="flu"), frame="flu").doubt == ""
     with pytest.raises(DemandError, match="z down in some, up in others"):
         read_log(echoed(file, "base_link", "base_link_ned"), DOF)
-    told = read_log(echoed(file, "base_link_ned", comment="# frame: flu"), DOF, frame="flu")
+    told = read_log(echoed(file, "base_link_ned", comment="# frame: frd"), DOF, frame="flu")
     assert "its comment" in told.said
 
 
@@ -336,6 +417,10 @@ def test_a_frame_id_says_by_a_word_that_z_is_down(name: str, frame: str) -> None
         ("coordinate_frame", "FRD", 3, "nothing turned"),
         ("frame", "1042", 3, "left out: frame; frame frd (the file names none)"),  # of a camera
         ("frame", "body", 3, "left out: frame; frame frd (the file names none)"),
+        ("axes", "flu", -3, "frame flu (as ROS has it, frame_id 'flu'), turned"),
+        ("body_frame", "z up", -3, "frame flu (as ROS has it, frame_id 'z up'), turned"),
+        ("frame", "Z down", 3, "frame frd (its frame_id is 'z down')"),
+        ("frame", "enu", -3, "frame flu (as ROS has it, frame_id 'enu'), turned"),
     ],
 )
 def test_a_column_called_frame_is_read_where_it_says_axes(

@@ -361,6 +361,19 @@ def test_a_tam_by_names_of_rows_has_its_thrusters_names_and_limits(tmp_path: Pat
     assert any("names no frame: frd" in note for note in keys.notes)
 
 
+def test_a_vehicle_s_file_whose_comment_leaves_the_frame_undecided_is_refused(tmp_path: Path) -> None:
+    """frd was taken where a comment said z up, or enu; and no comment of a tam was read at all."""
+    table, limits = "surge,1,1\nsway,0.1,0.2\n", {"f_min": -20.0, "f_max": 20.0}
+    for name, text in (("T.csv", table), ("tam.yaml", AUV_CONTROLLERS)):
+        for comment, said in (("z up", "'# z up' may say a frame"), ("frame: enu", "says frame enu")):
+            asked = f"# {comment}\n{text}"
+            with pytest.raises(VehicleError, match=f"{said}.* give --frame frd or flu"):
+                imported(tmp_path, asked, ImportOptions(**limits), name)
+            assert imported(tmp_path, asked, ImportOptions(frame="flu", **limits), name).frame == "flu"
+        told = imported(tmp_path, f"# frame: flu\n{text}", ImportOptions(**limits), name)
+        assert told.frame == "flu"
+
+
 def test_limits_of_a_tam_stay_with_thrusters_whose_names_are_left_out(tmp_path: Path) -> None:
     keys = imported(tmp_path, re.sub(r"\bthruster(?=\d)", "f", AUV_CONTROLLERS))
     vehicle = vehicle_of(keys, tmp_path)

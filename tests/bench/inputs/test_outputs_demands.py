@@ -103,6 +103,8 @@ def test_a_frame_of_a_log_without_demands_and_one_that_is_none_are_refused(tmp_p
         read_outputs(file, VEHICLE, frame="flu")
     with pytest.raises(AllocError, match="its comment says frame enu; give --frame frd or flu"):
         read_outputs(with_demands(tmp_path, "surge", "# frame: enu\n"), VEHICLE)
+    with pytest.raises(AllocError, match="line 1: '# NED' may say a frame, but not in a form that is read"):
+        read_outputs(with_demands(tmp_path, "surge", "# NED\n"), VEHICLE)
 
 
 def test_columns_of_demands_that_could_be_meant_twice_are_named_by_the_user(tmp_path: Path) -> None:
