@@ -55,8 +55,8 @@ def command(
     Writes status,f0,f1,… with one row a demand, in order, in N; then share0,share1,… where a method says what
     it delivered of each level of the demand. Where a method says that there is no such thrust, its numbers
     are nan. With --esc there follow u0,u1,…, what goes to the ESCs by the vehicle's `esc`, neutral where
-    there is no thrust, and made_surge, … [N, N m], the wrench that these commands make; then the log's t [s]
-    and volts [V], where it has them.
+    there is no thrust, and made_surge, … [N, N m], the wrench that these commands make, in --frame, else in
+    the vehicle's; then the log's t [s] and volts [V], where it has them, and the frame, frd or flu.
 
     Where a plug-in's answer is wrong by the equations, nothing is written and a line says which: asked are
     wrench, limits and shares. Whether it is the optimum that FORMULATION promises, `run` says.
@@ -108,10 +108,11 @@ def command(
         if wrong := first_wrong(answering, log.taus, lows, highs, answers, **promises):
             raise PluginError(f"{plugin}: {wrong}; mend it")
     header = [harmless(answering.called(i)) if names else f"f{i}" for i in range(answering.n)]
-    wired, doubt = None, ""
+    wired, doubt, frame = None, "", ""
     if esc:
-        wired, doubt = sent(answering, answers, log.t, log.columns.get("volts"), lows, highs)
-    text = format_thrusts(answers, header, wired)
+        frame = options["frame"] or answering.frame
+        wired, doubt = sent(answering, answers, log.t, log.columns.get("volts"), lows, highs, frame)
+    text = format_thrusts(answers, header, wired, frame=frame)
     if output is None:
         echo(text, nl=False)
     else:

@@ -210,18 +210,24 @@ def parse_scale(text: str) -> tuple[float, ...]:
 
 
 def format_thrusts(
-    answers: Sequence[Allocation], header: Sequence[str], further: Mapping[str, Sequence[float]] | None = None
+    answers: Sequence[Allocation],
+    header: Sequence[str],
+    further: Mapping[str, Sequence[float]] | None = None,
+    *,
+    frame: str = "",
 ) -> str:
     """The CSV of answers, a row each: status, thrusts [N] (``nan`` where there are none), shares if any.
 
-    ``header`` names the n columns of thrusts; ``further`` columns stand behind all others. A share that an
-    answer does not say is ``nan``. Numbers have ten significant digits: a nanonewton of a newton. Raises
-    DemandError where two columns would have one name.
+    ``header`` names the n columns of thrusts; ``further`` columns stand behind all others, and behind these
+    a column with the ``frame`` of wrenches among them, if any. A share that an answer does not say is
+    ``nan``. Numbers have ten significant digits: a nanonewton of a newton. Raises DemandError where two
+    columns would have one name.
     """
     levels = max(len(answer.share) for answer in answers)  # a plug-in may say shares of some answers only
     shares = [f"share{i}" for i in range(levels)]
     behind = further or {}
-    columns = ["status", *header, *shares, *behind]
+    framed = [frame] if frame else []
+    columns = ["status", *header, *shares, *behind, *(["frame"] if frame else [])]
     if twice := [name for i, name in enumerate(columns) if name in columns[:i]]:
         raise DemandError(
             f"--names: two columns would be '{twice[0]}'; leave it out, or rename that thruster"
@@ -238,6 +244,7 @@ def format_thrusts(
                     *(c[i] for c in behind.values()),
                 )
             ),
+            *framed,
         ]
         for i, a in enumerate(answers)
     )

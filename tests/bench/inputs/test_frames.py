@@ -5,6 +5,7 @@ import io
 import re
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
@@ -14,6 +15,8 @@ from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from alloc.vehicle.frame import turned
 from alloc.vehicle.geometry import DOF
+from alloc.vehicle.read import find_file, read_document
+from alloc.vehicle.text import to_yaml
 from bench.__main__ import cli
 from bench.demands import build_demands
 from bench.inputs.demand_csv import format_demands
@@ -235,6 +238,26 @@ def test_a_comment_and_a_column_about_other_axes_are_refused_until_a_frame_is_sa
             read_log(file, PLANAR)
     file.write_text("# frame: frd\nframe_id,surge,sway,yaw\nrov,1,2,3\n")  # no word about axes
     assert read_log(file, PLANAR).frame == "frd"
+
+
+@pytest.mark.parametrize("asked", ["", "frd", "flu"])
+@pytest.mark.parametrize("own", ["frd", "flu"])
+def test_what_allocate_says_was_made_is_in_the_frame_that_was_asked_for_and_named(
+    own: str, asked: str, tmp_path: Path
+) -> None:
+    """made_* stood in the vehicle's frame, and nothing in the file said which that was."""
+    heavy = load_vehicle("bluerov2-heavy")
+    keys = read_document(find_file("bluerov2-heavy")).keys
+    file, log, out = (tmp_path / name for name in ("own.yaml", "log.csv", "out.csv"))
+    T = heavy.with_frame(own).T.tolist()
+    file.write_text(to_yaml(msgspec.structs.replace(keys, thrusters=None, T=T, frame=own)))
+    log.write_text(format_demands(None, TAU / 2, DOF, frame=asked or own))
+    command = ("allocate", log, "--vehicle", file, "--method", "nullspace", "--esc", "-o", out)
+    assert thrustbench(*command, *(["--frame", asked] if asked else [])).exit_code == 0
+    made = {axis: f"made_{axis}" for axis in DOF}
+    back = read_log(out, DOF, LogOptions(columns=made), frame=asked or own)
+    np.testing.assert_allclose(back.taus, TAU / 2, atol=0.5)  # a step of the ESCs is 0.1 N
+    assert (back.frame, "nothing turned" in back.said) == (asked or own, True)
 
 
 def test_bags_and_ulogs_say_why_their_frame_is_taken(tmp_path: Path) -> None:
