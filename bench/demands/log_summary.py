@@ -19,9 +19,10 @@ class Summary:
     Attributes
     ----------
     n : number of demands
-    duration_s, rate_hz : of the log; the rate is one over the median step
+    duration_s, rate_hz : of the log, gaps included; the rate is one over the median step
+    under_demand_s : time for which demands hold, gaps left out: the base of shares and of time outside
     gaps, longest_gap_s : number of steps longer than three median ones, and the longest
-    share : share of time under each label, or of demands where the log has no times
+    share : share of ``under_demand_s`` under each label, or of demands where the log has no times
     closed_form : share for which a closed form stays within the limits: that of the inactive demands
     outside_s, longest_outside_s : time outside the attainable set, and its longest stretch
     alpha_min : smallest alpha*, the factor by which the worst demand must be scaled down
@@ -30,6 +31,7 @@ class Summary:
 
     n: int
     duration_s: float | None
+    under_demand_s: float | None
     rate_hz: float | None
     gaps: int | None
     longest_gap_s: float | None
@@ -62,6 +64,7 @@ def summarise(demands: DemandSet, t: FloatArray | None) -> Summary:
     return Summary(
         n=len(demands.taus),
         duration_s=duration,
+        under_demand_s=float(held.sum()) if timed else None,
         rate_hz=demands.rate_hz,
         gaps=gaps,
         longest_gap_s=longest,
@@ -77,17 +80,18 @@ def summarise(demands: DemandSet, t: FloatArray | None) -> Summary:
 def as_text(summary: Summary, demands: DemandSet) -> str:
     """The Summary as lines of ``what  how much``."""
     s, vehicle = summary, demands.vehicle
-    lines = [("demands", str(s.n))]
+    lines, base = [("demands", str(s.n))], "demands"
     if s.duration_s is not None and s.rate_hz is not None:
-        lines += [("duration", f"{s.duration_s:.2f} s"), ("rate", f"{s.rate_hz:.4g} Hz")]
+        base = f"{s.under_demand_s:.2f} s"
+        lines += [("duration", f"{s.duration_s:.2f} s, gaps included"), ("rate", f"{s.rate_hz:.4g} Hz")]
         lines.append(("gaps", f"{s.gaps}, the longest {s.longest_gap_s:.3g} s" if s.gaps else "none"))
+        lines.append(("time under demands", f"{base}: each holds until the next, over a gap for one step"))
     for label, share in s.share.items():
-        lines.append((label.name.lower(), f"{100 * share:.2f} %"))
-    lines.append(("closed form within limits", f"{100 * s.closed_form:.2f} %"))
+        lines.append((label.name.lower(), f"{100 * share:.2f} % of {base}"))
+    lines.append(("closed form within limits", f"{100 * s.closed_form:.2f} % of {base}"))
     if s.outside_s is not None:
-        lines.append(
-            ("outside the attainable set", f"{s.outside_s:.2f} s, at a stretch {s.longest_outside_s:.2f} s")
-        )
+        stretch = f"at a stretch {s.longest_outside_s:.2f} s"
+        lines.append(("outside the attainable set", f"{s.outside_s:.2f} s of {base}, {stretch}"))
     lines.append(("smallest alpha*", f"{s.alpha_min:.3g}"))
     for axis, largest in zip(vehicle.dof, s.largest, strict=True):
         lines.append((f"largest {axis}", f"{largest:.4g} {unit(axis)}"))

@@ -139,21 +139,21 @@ def as_text(made: Delivered, outputs: Outputs, vehicle: Vehicle) -> str:
     """The numbers as lines of ``what  how much``."""
     lines = [("rows", f"{len(outputs.u)}")]
     if outputs.t is not None:
-        lines.append(("duration", f"{outputs.t[-1] - outputs.t[0]:.4g} s"))
+        lines.append(("duration", f"{outputs.t[-1] - outputs.t[0]:.4g} s, gaps included"))
     if outputs.volts is not None:
         lines.append(("battery", f"{outputs.volts.min():.4g} … {outputs.volts.max():.4g} V"))
         alike = "not known: thrusts are taken as alike at every voltage"
         lines.append(
             (
                 "voltage outside of the curve",
-                alike if np.isnan(made.outside) else f"{100 * made.outside:.2f} %",
+                alike if np.isnan(made.outside) else f"{100 * made.outside:.2f} % of rows",
             )
         )
     for axis, row in zip(vehicle.dof, made.taus.T, strict=True):
         lines.append((f"made {axis}", f"{row.min():.4g} … {row.max():.4g} {unit(axis)}"))
     for i in range(vehicle.n):
         shares = (
-            f"{100 * made.at_end[i]:.2f} % at its end,"
+            f"{100 * made.at_end[i]:.2f} % of rows at its end,"
             f" {100 * made.in_dead_band[i]:.2f} % in its dead band, not at neutral"
         )
         lines.append((vehicle.called(i), shares))
@@ -161,7 +161,7 @@ def as_text(made: Delivered, outputs: Outputs, vehicle: Vehicle) -> str:
         lines.append(("left undone", "not known: no row has commands and a demand"))
     else:
         if not np.isnan(undone.attainable):
-            lines.append(("demands that could be met", f"{100 * undone.attainable:.2f} %"))
+            lines.append(("demands that could be met", f"{100 * undone.attainable:.2f} % of rows with one"))
         for axis, mean, most, lost in zip(undone.axes, undone.mean, undone.most, undone.lost, strict=True):
             said = f"{mean:.4g} {unit(axis)} on average, {most:.4g} at most"
             if not np.isnan(undone.attainable):

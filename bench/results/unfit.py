@@ -71,7 +71,7 @@ def _refused(row: Row, problem: Problem | None) -> tuple[float, str]:
     refused += nothing
     if not problem.given:
         return refused, f"some of {row.demands} by giving nothing" if nothing else f"{UNMET} of {row.demands}"
-    words = f"{percent(refused)} of {row.demands}{' by giving nothing' if nothing else ''}"
+    words = f"{percent(refused)} of {row.demands}'s demands{' by giving nothing' if nothing else ''}"
     if run and problem.rate_hz:
         words += f", up to {three(run / problem.rate_hz)} s at a stretch"
     elif run:

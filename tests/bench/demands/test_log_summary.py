@@ -23,6 +23,7 @@ def test_a_summary_counts_time_but_not_that_of_a_gap() -> None:
     assert summary.duration_s == pytest.approx(11.9)
     assert summary.outside_s == pytest.approx(2.0)
     assert summary.longest_outside_s == pytest.approx(2.0)
+    assert summary.under_demand_s == pytest.approx(3.0)
     assert summary.share[Label.INACTIVE] == summary.closed_form == pytest.approx(1 / 3)
     # The vehicle's maximum in surge is 4 x 250 N x cos 29 deg.
     assert summary.alpha_min == pytest.approx(4 * 250 * np.cos(np.radians(29)) / 5000)
@@ -62,6 +63,23 @@ def test_what_a_log_asks_too_much_is_what_a_method_refuses_of_it(tmp_path: Path)
     summary = summarise(demands, t)
     assert summary.outside_s == pytest.approx(0.3)
     assert summary.longest_outside_s == pytest.approx(0.2)
+
+
+def test_shares_and_times_of_a_log_with_a_gap_name_one_base() -> None:
+    """27.27 % of 1.1 s, 0.30 s outside and a duration of 3.90 s stood beside each other as if of one time."""
+    t = np.concatenate([np.arange(8) / 10, 3.7 + np.arange(3) / 10])
+    taus = np.array([[50.0, 0, 0]] * 8 + [[5000.0, 0, 0]] * 3)
+    demands = labelled("log", load_vehicle("ukwial"), taus, rate_hz=rate_hz(t))
+    lines = dict(line.split("  ", 1) for line in as_text(summarise(demands, t), demands).splitlines())
+    said = {what: value.strip() for what, value in lines.items()}
+    assert said["duration"] == "3.90 s, gaps included"
+    assert said["gaps"] == "1, the longest 3 s"
+    assert said["time under demands"] == "1.10 s: each holds until the next, over a gap for one step"
+    assert said["infeasible"] == "27.27 % of 1.10 s"
+    assert said["outside the attainable set"] == "0.30 s of 1.10 s, at a stretch 0.30 s"
+    untimed = as_text(summarise(demands, None), demands)
+    assert "27.27 % of demands" in untimed
+    assert "time" not in untimed
 
 
 def test_the_summary_of_a_log_without_times_counts_demands() -> None:

@@ -188,7 +188,7 @@ def test_a_curve_that_knows_no_voltage_covers_none(tmp_path: Path) -> None:
     vehicle = replace(VEHICLE, esc=tuple(replace(esc, volts=np.array([np.nan])) for esc in VEHICLE.esc))
     for asked, says in (
         (vehicle, "not known: thrusts are taken as alike at every voltage"),
-        (VEHICLE, "0.00 %"),
+        (VEHICLE, "0.00 % of rows"),
     ):
         outputs = read_outputs(csv(tmp_path), asked)
         lines = dict(

@@ -124,10 +124,10 @@ def test_demands_that_a_user_gave_are_answered_and_what_refuses_some_is_named_wi
     cells = [on_log("nullspace", 1, 0.8, 2), on_log("scaled", 2)]
     assert said(tmp_path, 50, log(), *cells) == (
         "ukwial at 50 Hz: take scaled; exact, answers all; 0.0100 % of the period;"
-        " nullspace refuses 20.0 % of dive, up to 0.0400 s at a stretch."
+        " nullspace refuses 20.0 % of dive's demands, up to 0.0400 s at a stretch."
     )
     assert said(tmp_path, 50, log(rate_hz=None), cells[0]) == (
-        "ukwial at 50 Hz: take nullspace; exact, refuses 20.0 % of dive, up to 2 demands in a row;"
+        "ukwial at 50 Hz: take nullspace; exact, refuses 20.0 % of dive's demands, up to 2 demands in a row;"
         " under 0.01 % of the period."
     )
 
@@ -139,7 +139,7 @@ def test_a_log_that_nothing_can_meet_names_what_refuses_all_of_it(tmp_path: Path
     refusing = replace(refusing, judged=replace(refusing.judged, agrees=None, distance_rel_max=None))
     beyond = log(labels={"infeasible": 10})
     assert said(tmp_path, 50, beyond, refusing, replace(answering, formulation="scaled")).endswith(
-        "nullspace refuses 100 % of dive, up to 0.200 s at a stretch."
+        "nullspace refuses 100 % of dive's demands, up to 0.200 s at a stretch."
     )
 
 
@@ -161,8 +161,8 @@ def test_what_stands_in_for_an_exact_method_that_refuses_is_not_said_to_be_witho
     cells = [on_log("nullspace", 1, 0.8, 2), replace(on_log("pinv", 0.5), formulation="unlimited")]
     assert said(tmp_path, 50, log(), *cells) == (
         "ukwial at 50 Hz: take pinv; not exact (nullspace, which is, does not answer all), knows no limits,"
-        " answers all; under 0.01 % of the period; nullspace refuses 20.0 % of dive, up to 0.0400 s at a"
-        " stretch."
+        " answers all; under 0.01 % of the period; nullspace refuses 20.0 % of dive's demands, up to 0.0400 s"
+        " at a stretch."
     )
 
 
@@ -183,8 +183,9 @@ def test_limits_that_cross_are_refused_by_all_and_no_method_without_limits_is_ta
     )
     fewer = [replace(limited[0], judged=on_log("nullspace", 2, 0.7, 2).judged), *cells[1:]]
     more = log(crossed=2, crossed_asked=2, beyond=1, beyond_longest=1)  # the stretch too is without them
-    assert "nullspace refuses 10.0 % of dive, up to 0.0200 s at a stretch, and limits that cross" in said(
-        tmp_path, 50, more, *fewer
+    assert (
+        "nullspace refuses 10.0 % of dive's demands, up to 0.0200 s at a stretch, and limits that cross"
+        in said(tmp_path, 50, more, *fewer)
     )
 
 
@@ -195,7 +196,7 @@ def test_of_a_log_that_was_asked_in_part_what_it_holds_beyond_reach_counts_whole
     long = log(labels={"active": 10}, left_out=990, beyond=300, beyond_longest=125)
     assert said(tmp_path, 50, long, *cells) == (
         "ukwial at 50 Hz: take scaled; exact, answers all; 0.0100 % of the period;"
-        " nullspace refuses 30.0 % of dive, up to 2.50 s at a stretch."
+        " nullspace refuses 30.0 % of dive's demands, up to 2.50 s at a stretch."
     )
 
 
@@ -249,11 +250,11 @@ def test_what_gives_nothing_of_a_part_of_a_log_is_not_taken_where_another_delive
     cells = [on_log("nullspace", 1, 0.8, 2), idle]
     assert said(tmp_path, 50, log(), *cells, replace(on_log("scaled", 9), key=other(idle))) == (
         "ukwial at 50 Hz: take scaled-by-group; exact, answers all; 0.0450 % of the period;"
-        " nullspace refuses 20.0 % of dive, up to 0.0400 s at a stretch."
+        " nullspace refuses 20.0 % of dive's demands, up to 0.0400 s at a stretch."
     )
     assert said(tmp_path, 50, log(), idle) == (
-        "ukwial at 50 Hz: take scaled; exact, refuses 20.0 % of dive by giving nothing, up to 0.0400 s at a"
-        " stretch; under 0.01 % of the period."
+        "ukwial at 50 Hz: take scaled; exact, refuses 20.0 % of dive's demands by giving nothing, up to"
+        " 0.0400 s at a stretch; under 0.01 % of the period."
     )
 
 
@@ -266,7 +267,7 @@ def test_a_mission_is_a_dive_as_a_log_is_but_its_share_beyond_reach_is_drawn(tmp
     """What refuses a part is no more use than on a log; half of the fifty that were asked was to be so."""
     cells = [on_log("nullspace", 1, 0.8, 2), on_log("scaled", 2)]
     of_log = said(tmp_path, 50, log(), *cells)
-    share = "nullspace refuses 20.0 % of dive, up to 0.0400 s at a stretch."
+    share = "nullspace refuses 20.0 % of dive's demands, up to 0.0400 s at a stretch."
     assert share in of_log
     drawn = of_log.replace(share, "nullspace refuses what can't be met of dive.")
     assert said(tmp_path, 50, log(given=False), *cells) == drawn

@@ -132,7 +132,7 @@ def test_a_log_of_demands_keeps_its_rate_and_what_of_it_was_not_asked(tmp_path: 
     keep(tmp_path / "build/posix/LOG", tmp_path / "run")
     (said,) = usual(read_run(tmp_path / "run"))
     assert "at 20 Hz" in said
-    assert "refuses 50.0 % of dive, up to 0.15" in said
+    assert "refuses 50.0 % of dive's demands, up to 0.15" in said
 
 
 def test_a_log_with_a_clock_that_says_it_has_none_is_counts_without_the_driver_s_own_method(
