@@ -89,7 +89,6 @@ def test_what_a_page_says_of_the_size_of_c_for_escs_is_what_emulate_counts() -> 
     ("page", "under", "study"),
     [
         ("exact.md", "On an AMD EPYC", "native_speed"),
-        ("saturation.md", "None was above its bound", "near_degenerate"),
         ("limits.md", "medians, except *worst*", "closed_loop"),
         ("esc.md", "In [ten missions]", "closed_loop"),
         ("cross-check.md", "*Right* means", "cross_check"),
