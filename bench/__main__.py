@@ -77,7 +77,7 @@ class ReaderLeft(Exception):
 @click.command(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="thrustbench")
 def cli() -> None:
-    """What constrained thrust allocation costs on an onboard computer, and what it buys, measured."""
+    """Cost of constrained thrust allocation on an onboard computer, and its worth, measured."""
 
 
 def open_closed_streams() -> None:

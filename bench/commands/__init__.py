@@ -112,7 +112,7 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def read_options(topic: str, frame: str | None, columns: str, scale: str) -> "LogOptions":
-    """What a user says about logs, as data."""
+    """Options about logs, as data."""
     from bench.inputs.columns import parse_columns
     from bench.inputs.demand_csv import parse_scale
     from bench.inputs.logs import LogOptions

@@ -138,7 +138,7 @@ def _answer(given: Any, n: int) -> "Allocation":
 
 
 def _in_words(plugin: Path | None, work: Callable[[], Made]) -> Made:
-    """What ``work`` returns; raises PluginError, in one line, where a plug-in's own code raised."""
+    """Result of ``work``; raises PluginError, in one line, where a plug-in's own code raised."""
     from alloc import AllocError
     from alloc.errors import PluginError
 

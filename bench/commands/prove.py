@@ -118,7 +118,7 @@ def command(
 
 
 def _rows(counts: Path | None) -> "list[Emulated]":
-    """What was counted in a folder that is named, else in the usual one, where there need be nothing."""
+    """Counts in a folder that is named, else in the usual one, where there need be none."""
     from bench.record import read
 
     usual = RUNS / "emulated"

@@ -224,7 +224,7 @@ def _from_file(path: Path, vehicle: Vehicle, n: int | None, options: "LogOptions
 
 
 def _unmet(labels: NDArray[np.int8], alpha: FloatArray) -> BoolArray:
-    """Which demands can't be met: alpha* says it of those at the boundary too, labels of those too small."""
+    """Mask of demands that can't be met, by alpha* at the boundary too, by labels for those too small."""
     unmet: BoolArray = (alpha < ATTAINED) | (labels == Label.INFEASIBLE)
     return unmet
 

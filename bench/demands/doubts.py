@@ -1,4 +1,4 @@
-"""What of a log can't be right: units, as the vehicle that should answer it tells, and limits that cross."""
+"""Doubts about a log: units that do not suit the vehicle, and limits that cross."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What a log of demands asks of a vehicle: rate, gaps, labels, and for how long it asks too much."""
+"""Summary of a log of demands: rate, gaps, labels, and the time for which it asks too much."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -117,7 +117,7 @@ INTEGRAL = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Flight:
-    """What happened in a mission.
+    """Record of a flown mission.
 
     Attributes
     ----------

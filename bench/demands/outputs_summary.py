@@ -1,4 +1,4 @@
-"""What a log of outputs says: the wrench that was made, thrusters at their ends, and what was left undone."""
+"""Summary of a log of outputs: the wrench made, thrusters at their ends, the demand left undone."""
 
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ from bench.inputs.outputs import Outputs
 
 
 class Undone(NamedTuple):
-    """What of the demands was not made.
+    """Part of the demands that was not made.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Undone(NamedTuple):
 
 
 class Delivered(NamedTuple):
-    """What N rows of outputs made.
+    """Wrenches that N rows of outputs made.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class Delivered(NamedTuple):
 
 
 def made_by(outputs: Outputs, vehicle: Vehicle, scale: tuple[float, ...] = ()) -> Delivered:
-    """What the outputs made, by the curve in the vehicle's ``esc`` at the voltage of each row.
+    """Wrenches made by outputs, by the curve in the vehicle's ``esc`` at the voltage of each row.
 
     ``scale`` are factors of all DOF, or of each, over the log's demands [N, N m]; left out, a share of 1 is
     the ``full_authority`` of its axis, where the log is known to have shares.

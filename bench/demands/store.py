@@ -63,7 +63,7 @@ def _esc(arrays: Mapping[str, NDArray[Any]], i: int) -> Esc:
 
 
 def same_vehicle(a: Vehicle, b: Vehicle) -> bool:
-    """Whether two vehicles have the same numbers."""
+    """True if two vehicles have the same numbers."""
     same = all(np.array_equal(getattr(a, key), getattr(b, key)) for key in ARRAYS)
     return same and (a.priority, a.groups, a.frame) == (b.priority, b.groups, b.frame)
 

@@ -83,7 +83,7 @@ def threads(client: "Client") -> int:
 
 
 def workers_of(client: "Client") -> dict[str, dict[str, Any]]:
-    """What the scheduler knows of its workers, by their addresses.
+    """Workers known to the scheduler, by their addresses.
 
     The scheduler itself is asked: ``scheduler_info`` may give what a refresh in the background left, which
     names no workers.
@@ -96,7 +96,7 @@ def workers_of(client: "Client") -> dict[str, dict[str, Any]]:
 def run_all(
     client: "Client", function: Callable[..., bytes], tasks: Sequence[T], *common: object
 ) -> Iterator[tuple[T, bytes]]:
-    """What ``function(task's arguments)`` gives for each task, in the order in which they end.
+    """Results of ``function(task's arguments)`` for each task, in the order in which they end.
 
     A few tasks for each thread are under way at any time, so neither side holds more than those. Dask gives
     the tasks of a worker that dies to others, and gives up on a task that has taken four workers with it.

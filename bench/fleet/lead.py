@@ -30,7 +30,7 @@ GOOD = (0, 1)
 
 
 class HostRun(msgspec.Struct, frozen=True, kw_only=True):
-    """What a host sent back.
+    """Record that a host sent back.
 
     Attributes
     ----------
@@ -150,7 +150,7 @@ def run_fleet(
 def _back(
     host: Host, future: "Future[HostRun]", alive: dict[str, dict[str, Any]], over_s: float
 ) -> HostRun | None:
-    """What a host sent back, or why it sends nothing; None while it is at work."""
+    """Record that a host sent back, or why there is none; None while the host is at work."""
     if future.status == "finished":
         back: HostRun = future.result()
         return back

@@ -11,7 +11,7 @@ from bench.harness.plan import SettingsError
 
 
 class Parcel(msgspec.Struct, frozen=True):
-    """What a host needs to run what the caller asked for.
+    """Options and files that a host needs for the caller's run.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ def unpack(parcel: Parcel, folder: Path) -> None:
 
 
 def _is_packed(path: Path) -> bool:
-    """Whether a path is a file, or the folder of a ROS 2 bag."""
+    """True if a path is a file, or the folder of a ROS 2 bag."""
     try:
         return path.is_file() or (path / "metadata.yaml").is_file()
     except (OSError, ValueError):  # too long for a name, or with a zero byte in it

@@ -41,7 +41,7 @@ LESS = (Status.NOT_CONVERGED, Status.PARTIAL)
 
 
 class SideAnswers(NamedTuple):
-    """What one side's cell promises and answers.
+    """Promises and answers of one side's cell.
 
     Attributes
     ----------
@@ -101,7 +101,7 @@ def answered_early(side: Prober, cell: GateCell, question: Question, now: SideAn
 
 
 def _given(raw: Mapping[str, Any], promises: dict[str, Any], vehicle: Vehicle, *, own: bool) -> SideAnswers:
-    """What a worker replied, as answers that can be judged."""
+    """A worker's reply as answers that can be judged."""
     odd = set(raw["odd"])
     # Each f is an array of its own: the judge looks for answers that share memory.
     thrusts = [None if i in odd else f.copy() for i, f in enumerate(unpacked(raw["F"]))]
@@ -152,7 +152,7 @@ def cut(side: SideAnswers, count: int) -> SideAnswers:
 
 
 def wrong(question: Question, side: SideAnswers) -> str:
-    """What is wrong with one side's answers by the equations; empty where nothing is."""
+    """Errors of one side's answers by the equations, in words; empty for none."""
     if side.lacks:
         return ""
     judged = judge(question, side.answers, **side.promises, thorough=False)
@@ -167,7 +167,7 @@ def wrong(question: Question, side: SideAnswers) -> str:
 
 
 def wrong_ones(question: Question, side: SideAnswers) -> BoolArray:
-    """Which of one side's answers are wrong by the equations, or beyond the promised distance, (N,)."""
+    """Mask of one side's answers that are wrong by the equations, or beyond the promised distance, (N,)."""
     seen = measured(question, side.answers, side.promises["formulation"])
     wrong: BoolArray = seen.distance > side.promises["tolerance"] * question.demands.vehicle.f_scale
     for kind in faults(question, seen, **side.promises).values():
@@ -177,14 +177,14 @@ def wrong_ones(question: Question, side: SideAnswers) -> BoolArray:
 
 
 def useless(question: Question, base: SideAnswers, head: SideAnswers) -> bool:
-    """Whether base meets not half of the inactive demands that head meets, as with a reversed sign."""
+    """True if base meets fewer than half of the inactive demands that head meets, as with a reversed sign."""
     inside = np.flatnonzero(question.demands.labels[: len(base.answers)] == Label.INACTIVE).tolist()
     before, now = (sum(side.answers[i].status == Status.SOLVED for i in inside) for side in (base, head))
     return 2 * before < now
 
 
 def _mended(question: Question, base: SideAnswers, head: SideAnswers, doubted: bool) -> BoolArray:
-    """Which demands (N,) head answers rightly, and base wrongly, or not at all, or only in part.
+    """Mask of demands (N,) that head answers rightly, and base wrongly, in part, or not at all.
 
     What is SOLVED is held to the equations; of PARTIAL nothing says that it is any use. Where base is
     ``doubted`` it is no evidence of what is right where no optimum is known, as of demands beyond reach.
@@ -229,7 +229,7 @@ def differ(question: Question, base: SideAnswers, head: SideAnswers, *, doubted:
 
 
 def _less(base: SideAnswers, head: SideAnswers) -> str:
-    """What head promises less than base; empty where it promises as much, or more."""
+    """Promises of base that head lacks, in words; empty for none."""
     before, now = base.promises, head.promises
     if before["formulation"] != now["formulation"] and not _is_practice(before["formulation"]):
         return f"formulation {before['formulation']} → {now['formulation']}: less is promised"
@@ -241,12 +241,12 @@ def _less(base: SideAnswers, head: SideAnswers) -> str:
 
 
 def _is_practice(formulation: str) -> bool:
-    """Whether a formulation is a rule of one's own, which promises no optimum."""
+    """True if a formulation is a rule of one's own, which promises no optimum."""
     return formulation not in [known.name for known in list_formulations()]
 
 
 def _alike(before: Sequence[float], now: Sequence[float]) -> bool:
-    """Whether the shares that there were are the same but for rounding; now there may be more."""
+    """True if the shares that base had are the same but for rounding; head may have more."""
     return np.allclose(before, now[: len(before)], rtol=0, atol=EDGE)
 
 

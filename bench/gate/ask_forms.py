@@ -1,4 +1,4 @@
-"""Whether other forms of calls, which the contract allows, are answered as before."""
+"""Answers to other forms of calls that the contract allows, compared with those before."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -46,7 +46,7 @@ def one_of(forms: Mapping[str, str]) -> str:
 def wrong_forms(
     side: Prober, cell: GateCell, demands: DemandSet, promises: Mapping[str, Any]
 ) -> dict[str, str]:
-    """What is wrong with each form of calls, by name; a form that a side does not have is left out."""
+    """Errors of each form of calls, by name; a form that a side does not have is left out."""
     vehicle, taus = demands.vehicle, demands.taus[:: max(1, len(demands.taus) // CALLS)]
     half = (np.tile(side / 2, (len(taus), 1)) for side in (vehicle.f_min, vehicle.f_max))
     try:

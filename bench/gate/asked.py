@@ -1,4 +1,4 @@
-"""What each cell is asked before anything is timed: demands of every kind, failures, edges."""
+"""Questions to each cell before anything is timed: demands of every kind, failures, edges."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -97,7 +97,7 @@ def _worse(vehicle: Vehicle) -> Iterator[DemandSet]:
 
 
 def _in_state(name: str, vehicle: Vehicle) -> DemandSet:
-    """What is asked with certain thrusters off, or weaker."""
+    """Questions with certain thrusters off, or weaker."""
     return labelled(name, vehicle, np.vstack([along_axes(vehicle, FAILED_AXES), _of_kinds(vehicle, FAILED)]))
 
 

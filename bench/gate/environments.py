@@ -1,4 +1,4 @@
-"""What of a tree can influence what is measured, and which interpreter runs it."""
+"""Parts of a tree that influence a measurement, and the interpreter that runs it."""
 
 import hashlib
 import subprocess
@@ -31,7 +31,7 @@ def _holds(tree: Path, files: Sequence[Path]) -> bool:
 
 
 def requirements(tree: Path) -> list[str]:
-    """What a tree asks to be installed: its dependencies, solvers included, and the pinned versions.
+    """Packages that a tree asks for: its dependencies, solvers included, and the pinned versions.
 
     Raises BadTree for a pyproject.toml that can't be read.
     """

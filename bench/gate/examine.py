@@ -23,7 +23,7 @@ from bench.judging.question import Answers, Question, Unanswered, questions
 
 
 class Examined(NamedTuple):
-    """What is known of both sides before anything is timed.
+    """Findings about both sides before anything is timed.
 
     Attributes
     ----------

@@ -192,7 +192,7 @@ def _columnwise_many(allocate: Any, many: Any, *columns: Any) -> Pair:
 
 
 def _untouched(_: Any, many: Any, *columns: Any) -> Pair:
-    """What ``many`` is given, before and after, in place of thrusts."""
+    """Arguments of ``many``, before and after, in place of thrusts."""
     import numpy as np
 
     given = [each.copy() for each in columns]
@@ -247,7 +247,7 @@ def _singly(allocate: Any, *columns: Any) -> tuple[Any, Any]:
 
 
 def _second(allocate: Any, calls: Any, others: Any) -> tuple[Any, Any]:
-    """What is answered to others, each right behind a call."""
+    """Answers to calls that each follow another call."""
     answers = []
     for call, other in zip(calls, others, strict=True):
         allocate(*(each.copy() for each in call))

@@ -1,4 +1,4 @@
-"""What an allocator gives, as a measured process keeps it, and arrays as JSON can hold them.
+"""Answers of an allocator as a measured process keeps them, and arrays as JSON can hold them.
 
 The process loads this file by its place: whatever ``bench`` its tree has, both sides run this one.
 """

@@ -95,7 +95,7 @@ def judge_new(cell: GateCell, head: Prober, asked: Sequence[Question]) -> tuple[
 
 
 def _of_other_size(question: Question) -> bool:
-    """Whether a cell's own vehicle has another size than the nearly symmetric one.
+    """True if a cell's own vehicle has another size than the nearly symmetric one.
 
     A method that is written for so many DOF and thrusters can't answer there.
     """
@@ -169,7 +169,7 @@ def _answers_otherwise(side: Prober, cell: GateCell, question: Question, before:
 
 
 def _when(question: Question, what: str) -> str:
-    """What was found, and of which demands, but for those of all kinds: failures, limits, a vehicle."""
+    """Finding with the demands that it concerns, unless of all kinds: failures, limits, a vehicle."""
     name = question.demands.name
     return f"{name}: {what}" if what and name != MIXED else what
 

@@ -1,4 +1,4 @@
-"""Whether a side runs its own code: what the user's folder holds must not come from elsewhere.
+"""Check that a side runs its own code: the user's folder must not come from elsewhere.
 
 An installation (``pip install``, with or without ``-e``) would give both sides the same code. The measured
 process loads this file by its path (``bench.gate.worker``), so it imports nothing of this project.
@@ -36,7 +36,7 @@ def check(names: Iterable[str], tree: str, source: str) -> None:
 
 
 def _instead(name: str, file: Path, tree: str, source: str) -> str:
-    """What of a side would have to be in the place of a module's file; empty where it is no side's."""
+    """Path in a side that a module's file should have; empty where it belongs to no side."""
     places = [file.relative_to(source)] if file.is_relative_to(source) else []
     if file.suffix == ".py":
         # As the import found it: rov/core.py of rov.core, rov/__init__.py of rov.

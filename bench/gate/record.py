@@ -71,12 +71,12 @@ class GateCell(msgspec.Struct, omit_defaults=True, kw_only=True):
 
     @property
     def is_control(self) -> bool:
-        """Whether it is one of the cells that no commit can change."""
+        """True if it is one of the cells that no commit can change."""
         return self.vehicle == CONTROL
 
 
 class GateRecord(msgspec.Struct, kw_only=True):
-    """What one gate measured.
+    """Measurements of one gate.
 
     Attributes
     ----------

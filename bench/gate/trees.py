@@ -77,7 +77,7 @@ def folder(path: Path) -> Source:
 
 
 def is_own(source: Source) -> bool:
-    """Whether a side lacks this project's ``alloc``: a user's repository, whose plug-ins are measured."""
+    """True if a side lacks this project's ``alloc``: a user's repository, whose plug-ins are measured."""
     if not source.commit:
         return not (source.path / TREE).is_file()
     return _run(source.path, "cat-file", "-e", f"{source.commit}:./{TREE}").returncode != 0
@@ -121,7 +121,7 @@ def of_each_side(
 
 
 def _inside(source: Source, file: Path) -> list[Path]:
-    """Where in a side a file may be, none for one elsewhere; a relative one may start from the side, too."""
+    """Path of a file inside a side, None for one elsewhere; a relative path may start from the side."""
     # The file itself may be a link; it is what the user named.
     here, side = file.parent.resolve() / file.name, source.path.resolve()
     found = []
@@ -165,7 +165,7 @@ def _copy(source: Source, into: Path, files: Sequence[Path]) -> None:
 
 
 def _not_read(folder: str, names: list[str]) -> set[str]:
-    """What no plug-in imports of a folder: hidden folders, environments, what is compiled."""
+    """Names in a folder that no plug-in imports: hidden folders, environments, compiled files."""
     return {
         name
         for name in names
@@ -208,7 +208,7 @@ def uncommitted(head: Source) -> list[str]:
 
 
 def differs(base: Source, head: Source, file: Path) -> bool:
-    """Whether two commits hold a file of their repository otherwise; never of a file that lies elsewhere."""
+    """True if two commits differ in a file of their repository; never for a file elsewhere."""
     here = head.path.resolve()
     if not (base.commit and head.commit and file.is_relative_to(here)):
         return False

@@ -62,7 +62,7 @@ class Regression(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """What a gate says.
+    """Verdict of a gate.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class Verdict(NamedTuple):
 
 
 def verdict(record: GateRecord) -> Verdict:
-    """What decides, in this order: no change; missing cells; wrong answers; instructions; machine; time."""
+    """Verdict, in this order: no change; missing cells; wrong answers; instructions; machine; time."""
     if record.unchanged:
         return _untimed(Outcome.PASS, f"pass at once: {record.unchanged}")
     lost = [Regression(cell.name, f"gone: {cell.head_lacks}") for cell in record.cells if _is_lost(cell)]
@@ -124,7 +124,7 @@ def verdict(record: GateRecord) -> Verdict:
 
 
 def in_both(cell: GateCell) -> bool:
-    """Whether both sides have the cell."""
+    """True if both sides have the cell."""
     return not cell.base_lacks and not cell.head_lacks
 
 
@@ -142,28 +142,28 @@ def row(cell: GateCell, settings: GateSettings) -> Standing:
 
 
 def is_suspect(cell: GateCell, settings: GateSettings) -> bool:
-    """Whether the first stage sees a slow-down that fresh pairs must confirm."""
+    """True if the first stage sees a slow-down that fresh pairs must confirm."""
     r = row(cell, settings)
     return r.ratio.value > r.threshold and r.ratio.lower > 1
 
 
 def is_slower(r: Standing) -> bool:
-    """Whether the pairs of both stages together show a slow-down beyond doubt."""
+    """True if the pairs of both stages together show a slow-down beyond doubt."""
     return r.ratio.value > r.threshold and r.ratio.lower > CERTAIN
 
 
 def is_faster(r: Standing) -> bool:
-    """Whether a cell got faster, by the mirror image of ``is_slower``; listed, it changes no verdict."""
+    """True if a cell got faster, by the mirror image of ``is_slower``; listed, it changes no verdict."""
     return r.ratio.value < 1 / r.threshold and r.ratio.upper < 1 / CERTAIN
 
 
 def has_moved(r: Standing) -> bool:
-    """Whether a control cell's time shows that the two sides were not measured alike."""
+    """True if a control cell's time shows that the two sides were not measured alike."""
     return r.ratio.value > 1 + CONTROL_DRIFT or r.ratio.value < 1 / (1 + CONTROL_DRIFT)
 
 
 def trips(counted: tuple[float, float]) -> bool:
-    """Whether instructions per call (base, head) grew by more than 1 %."""
+    """True if instructions per call (base, head) grew by more than 1 %."""
     base, head = counted
     return head > TRIPWIRE * base
 

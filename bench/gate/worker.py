@@ -123,7 +123,7 @@ class Orders:
         return [[name, entry.name, start] for name in names for entry in entries for start in entry.starts]
 
     def vehicle(self, name: str) -> dict[str, Any]:
-        """What equations and rules need of a vehicle."""
+        """Facts about a vehicle that equations and rules need."""
         v = self.alloc.load_vehicle(self.files.get(name, name))
         arrays = {key: getattr(v, key).tolist() for key in ARRAYS}
         levels = {key: getattr(v, key, ()) for key in LEVELS}  # older trees have no groups

@@ -28,7 +28,7 @@ def environment(*, isolated: bool = False, **more: str) -> dict[str, str]:
 
 
 def cause(code: int, printed: bytes) -> str:
-    """What ended a process, in words: the signal or the exit code, and the last line that it printed."""
+    """Cause of a process's end: the signal or the exit code, and the last line that it printed."""
     how = _signal(-code) if code < 0 else f"exit code {code}"
     lines = printed.decode(errors="replace").strip().splitlines()
     return f"{how}: {lines[-1][:LONGEST]}" if lines else how

@@ -87,7 +87,7 @@ class AnswersWritten(msgspec.Struct, tag="answered"):
 
 
 class Described(msgspec.Struct, tag="described"):
-    """What the ``alloc.discovery.Entry`` of a plug-in holds.
+    """Fields of the ``alloc.discovery.Entry`` of a plug-in.
 
     Attributes
     ----------

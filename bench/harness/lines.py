@@ -106,7 +106,7 @@ def problem(question: Question, study: str = "") -> Problem:
 
 
 def _sums(demands: DemandSet) -> list[float]:
-    """What another log, or one that is read otherwise, has otherwise: no sum in which entries cancel."""
+    """Fingerprint of a log: weighted sums, signs kept apart, so that no entries cancel."""
     limits = [side for side in (demands.f_min, demands.f_max) if side is not None]
     columns = np.nan_to_num(np.hstack([demands.taus, *limits]))
     places = np.arange(1, len(columns) + 1) / len(columns)

@@ -169,7 +169,7 @@ def reading(core: int) -> Reading:
 
 
 def between(before: Reading, after: Reading) -> Quiet:
-    """What happened from one reading to the next."""
+    """Events from one reading to the next."""
     speeds = [mhz for mhz in (before.mhz, after.mhz) if mhz is not None]
     return Quiet(
         steal_ticks=_difference(before.steal_ticks, after.steal_ticks),

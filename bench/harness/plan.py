@@ -90,7 +90,7 @@ class Contender(NamedTuple):
 
 
 class Group(msgspec.Struct, frozen=True, kw_only=True):
-    """What one worker process measures: a method with its start and level, once.
+    """Work of one worker process: a method with its start and level, once.
 
     Attributes
     ----------

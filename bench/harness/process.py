@@ -145,7 +145,7 @@ def _decoded(line: bytes, at: int | None, tasks: Sequence[Task]) -> Message | st
 
 
 def _expected(message: Message, at: int | None, tasks: Sequence[Task]) -> bool:
-    """Whether a worker at that task may send this message; a method can write into the worker's pipe too."""
+    """True if a worker at that task may send this message; a method can write into the worker's pipe too."""
     task = None if at is None else tasks[at]
     match message:
         case Begin():
@@ -175,7 +175,7 @@ Made = TypeVar("Made")
 
 
 def apart(work: Callable[[], Made], who: str) -> Made:
-    """What ``work`` returns, from a copy of this process.
+    """Result of ``work``, from a copy of this process.
 
     What the work prints goes to standard error. What it changes in memory, and the folder that it goes to,
     are gone with the copy. Raises AllocError with the message of one that the work raises, and where the copy

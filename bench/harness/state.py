@@ -132,7 +132,7 @@ class RunState:
         )
 
     def common_job(self) -> Job:
-        """What the jobs of all workers of this run have in common; method and tasks are empty."""
+        """Job with all that the workers of this run have in common; method and tasks are empty."""
         return Job(method="", tasks=[], memory_bytes=self.settings.memory_MB << 20, core=self.core)
 
     def _budget_ns(self) -> int:

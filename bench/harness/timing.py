@@ -39,7 +39,7 @@ _THREAD = getattr(resource, "RUSAGE_THREAD", resource.RUSAGE_SELF)  # only Linux
 
 @dataclass
 class Samples(Generic[Y]):
-    """What was measured.
+    """Times that were measured.
 
     Attributes
     ----------

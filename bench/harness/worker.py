@@ -273,7 +273,7 @@ def measure(task: MeasureTask, question: Question, job: Job, line: Worker) -> Ce
 
 
 def arguments(question: Question) -> list[list[FloatArray]]:
-    """What each call is given, argument by argument: tau, and f_min and f_max where they move.
+    """Arguments of each call: tau, and f_min and f_max where they move.
 
     All are copies: a method that writes into one must not change what it is judged by.
     """
@@ -286,7 +286,7 @@ WRITES = "it writes into what it is given, which is the caller's"
 
 
 def changed(given: list[FloatArray], asked: list[FloatArray]) -> bool:
-    """Whether arrays are not what they were as they were given to a method."""
+    """True if arrays differ from what they were when a method got them."""
     return not np.array_equal(given, asked, equal_nan=True)
 
 
@@ -301,7 +301,7 @@ def callable_of(job: Job, vehicle: Vehicle) -> Any:
 
 
 def set_up(build: Callable[[], Any]) -> tuple[Any, list[int]]:
-    """What ``build`` returns, and how long each of several builds took [ns]."""
+    """Allocator from ``build``, and the time of each of several builds [ns]."""
     times: list[int] = []
     end = time.perf_counter_ns() + SETUP_NS
     while len(times) < 2 or (len(times) < SETUPS and time.perf_counter_ns() < end):

@@ -170,7 +170,7 @@ N_DEMANDS = 2000
 
 
 class Asked(NamedTuple):
-    """What the methods are asked about one vehicle.
+    """Questions to the methods about one vehicle.
 
     Attributes
     ----------
@@ -279,7 +279,7 @@ def _add(capability: Capability, method: str, asked: Asked, answers: list[Answer
 
 
 def _wrong(question: Question, answer: Answers) -> str:
-    """What is wrong with answers by the equations; empty where nothing is, or nothing is promised."""
+    """Errors of answers by the equations, in words; empty for none, or where nothing is promised."""
     if not answer.promises:
         return ""
     # A wrong plug-in's status may be any number, which is for the judge to say.
@@ -289,7 +289,7 @@ def _wrong(question: Question, answer: Answers) -> str:
 
 
 def remaining_authority(vehicle: Vehicle) -> list[Authority]:
-    """What is left of the vehicle: whole first, then with each working thruster off."""
+    """Authority of the vehicle: whole first, then with each working thruster off."""
     volume = attainable_volume(vehicle)
     faults = map(int, vehicle.working if len(vehicle.working) > 1 else ())
     return [

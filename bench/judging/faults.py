@@ -21,7 +21,7 @@ def misstated(
     tolerance: float,
     wrench_tolerance: float = WRENCH_TOLERANCE,
 ) -> BoolArray:
-    """Which of M answers say shares that their thrusts f (M, n) [N] do not deliver.
+    """Mask of M answers with shares that their thrusts f (M, n) [N] do not deliver.
 
     By the formulation's way, the shares of an answer make a wrench of its demand, ``demands.taus[demand]``.
     It may differ from T P f by ``wrench_tolerance``, and by as much as thrusts ``tolerance`` apart, relative
@@ -92,13 +92,13 @@ class Measured(NamedTuple):
 
     @property
     def finite(self) -> BoolArray:
-        """Which answers are finite in all entries, (M,)."""
+        """Mask of answers that are finite in all entries, (M,)."""
         finite: BoolArray = np.logical_and.reduce(np.isfinite(self.F), axis=1)
         return finite
 
     @property
     def gave_up(self) -> BoolArray:
-        """Which answers say that there are no thrusts, (M,)."""
+        """Mask of answers that claim no thrusts exist, (M,)."""
         return np.isin(self.status, (Status.INFEASIBLE, Status.NOT_CONVERGED))
 
 
@@ -181,7 +181,7 @@ def first_wrong(
     answers: Sequence[Allocation],
     **promises: Any,
 ) -> str:
-    """Which answer is the first that is wrong by the equations, and how; empty where none is.
+    """First answer that is wrong by the equations, and how; empty for none.
 
     Limits are (N, n) [N], None for the vehicle's. No optimum is worked out, for a log may be long; whether
     a demand can be met is asked of those alone that are called INFEASIBLE.
@@ -219,7 +219,7 @@ def stacked(thrusts: Sequence[FloatArray], n: int) -> tuple[FloatArray, BoolArra
 
 
 def shared(thrusts: Sequence[FloatArray]) -> BoolArray:
-    """Which answers overlap in memory with another one.
+    """Mask of answers that overlap in memory with another one.
 
     All answers are alive while they are compared, so overlap means that a method hands a buffer out again.
     """

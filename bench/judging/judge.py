@@ -74,7 +74,7 @@ def judge(
 
 
 def attainable(question: Question) -> BoolArray:
-    """Which demands (N,) can be met, whatever rounding makes of them.
+    """Mask of demands (N,) that can be met, whatever rounding makes of them.
 
     The labels active and inactive leave out the boundary, where failures happen, so alpha* is used. But
     alpha* does not tell where a vehicle that must always thrust gets too small a demand; the label does.
@@ -85,7 +85,7 @@ def attainable(question: Question) -> BoolArray:
 
 
 def after_failure(gave_up: BoolArray, within: BoolArray) -> float | None:
-    """Of the attainable demands that follow an answer without thrusts, the share that got no thrusts either.
+    """Share of attainable demands without thrusts among those that follow an answer without thrusts.
 
     It shows what a warm start or a reused object carries over. None where no demand follows a failure.
     """
@@ -143,7 +143,7 @@ def misses(question: Question, F: FloatArray) -> tuple[float | None, float | Non
 
 
 def _agrees(farthest: float | None, tolerance: float, f_scale: float) -> bool | None:
-    """Whether answers are as near as promised; None where no distance was promised."""
+    """True if answers are as near as promised; None where no distance was promised."""
     if farthest is None:
         return None
     near = farthest <= tolerance * f_scale
@@ -160,7 +160,7 @@ def _largest(values: FloatArray) -> float | None:
 
 
 def _counted(what: str, mask: BoolArray, seen: Measured) -> str:
-    """What is wrong, how often, and by how much for limits: rounding looks unlike an error of the method."""
+    """Errors by kind, how often, and by how much for limits: rounding looks unlike an error of the method."""
     most = f", by {seen.violation[mask].max():.2g} N at most" if what == VIOLATED else ""
     first = seen.demand[mask][0]
     return f"{what} ({np.count_nonzero(mask)} of {len(mask)} answers, first for demand {first}{most})"

@@ -82,7 +82,7 @@ def of_a_step(vehicle: Vehicle, taus: FloatArray, F: FloatArray) -> FloatArray:
 
 
 def last_metre(vehicle: Vehicle, seed: int) -> list[LastMetre]:
-    """What each way costs on small demands and in a flight; empty for a vehicle without ESCs.
+    """Cost of each way on small demands and in a flight; empty for a vehicle without ESCs.
 
     Raises NotApplicable where the method does not cover the vehicle.
     """

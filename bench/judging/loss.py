@@ -74,7 +74,7 @@ def share_along(vehicle: Vehicle, taus: FloatArray, F: FloatArray, limits: Limit
 
 
 def gets_nothing(vehicle: Vehicle, taus: FloatArray, F: FloatArray, limits: Limits = None) -> BoolArray:
-    """Which demands (N,) get a wrench of nothing though thrusters can push along them.
+    """Mask of demands (N,) that get no wrench though thrusters can push along them.
 
     A demand that is scaled down to what can be met gets nothing where one of its axes can't be pushed that
     way, as by a thruster that can't reverse. False where f is NaN, for demands smaller than FLOOR, and
@@ -108,7 +108,7 @@ def effort_over_optimum(
 def loss(
     vehicle: Vehicle, taus: FloatArray, F: FloatArray, reference: FloatArray, limits: Limits = None
 ) -> dict[str, float | None]:
-    """What a method loses on a set of demands; None for a number that no answer gives.
+    """Losses of a method on a set of demands; None for a number that no answer gives.
 
     Parameters
     ----------

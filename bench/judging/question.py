@@ -50,7 +50,7 @@ class Question:
 
 
 class Answers(NamedTuple):
-    """What a method answered to a case.
+    """Answers of a method to a case.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ def checked_promises(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def promised(allocator: Any) -> dict[str, Any]:
-    """What an allocator promises, checked."""
+    """Promises of an allocator, checked."""
     return checked_promises({name: getattr(allocator, name) for name in PROMISES})
 
 
@@ -155,7 +155,7 @@ def _ask_references(formulation: Formulation, made: list[Question], ask: Ask) ->
 
 
 def _reference_cases(formulation: Formulation, demands: DemandSet) -> list[Case]:
-    """What references are asked: one case, or two of which the answers tell those of a third (``EndOf``).
+    """Cases for the references: one, or two whose answers give those of a third (``EndOf``).
 
     Empty where the formulation does not say it of this vehicle.
     """

@@ -80,7 +80,7 @@ def _counted(file: VehicleFile, dof: tuple[str, ...]) -> VehicleFile:
 
 
 def _poses(file: VehicleFile) -> Mounting:
-    """Where the thrusters stand; raises VehicleError for a file that has T alone, which does not say."""
+    """Poses of the thrusters; raises VehicleError for a file that has T alone."""
     found = poses(file, matrices(file)[0])
     if file.reaction_torque:
         raise VehicleError(
@@ -180,7 +180,7 @@ def _demands(document: StudyDocument, vehicle: Vehicle) -> DemandSet:
 
 
 def _log_options(document: StudyDocument) -> LogOptions:
-    """What the study says about a log; raises StudyError."""
+    """Options of the study about a log; raises StudyError."""
     asked = document.keys.demands
     scale = tuple(asked.scale) if isinstance(asked.scale, list) else (asked.scale,)
     if not all(factor > 0 for factor in scale):
@@ -193,7 +193,7 @@ def _log_options(document: StudyDocument) -> LogOptions:
 
 
 def _said(demands: DemandSet) -> tuple[str, ...]:
-    """What is to be said of a log; layouts have no limits of single demands, since those are the base's."""
+    """Remarks on a log; layouts have no limits of single demands, since those are the base's."""
     lines = [_as_keys(line) for line in demands.said]
     if demands.f_min is not None or (demands.given and demands.vehicle.by_volts is not None):
         lines.append(

@@ -37,7 +37,7 @@ ROUNDING = 1e-12
 
 
 def _in_a_wake(poses: PlacedThrusters, wake: Wake) -> BoolArray:
-    """Whether a thruster sits in another one's jet, which leaves against the thrust, also in reverse."""
+    """True if a thruster sits in another one's jet, which leaves against the thrust, also in reverse."""
     n, _, count = poses.position.shape
     hit = np.zeros(count, dtype=bool)
     widening = np.tan(np.radians(wake.spread_deg))
@@ -102,7 +102,7 @@ def measure(space: LayoutSpace, values: FloatArray) -> Measurements:
 def numbers(
     layouts: Layouts, dof: tuple[str, ...], taus: FloatArray, scale: FloatArray, volume: float
 ) -> tuple[NDArray[np.bool_], Columns]:
-    """Which layouts have full rank (B,), and the columns of those; ``volume`` is what authority 1 means."""
+    """Mask of layouts of full rank (B,), and the columns of those; authority 1 means ``volume``."""
     full, found = spaces(layouts)
     layouts = layouts.take(full)
     n, count = layouts.weights.shape

@@ -269,7 +269,7 @@ def _number(value: float, form: str, unit: str = "") -> str:
 
 
 def _uncounted(said: StudySummary) -> str:
-    """Of which number not all layouts count: only the closed form's volume is not worked out for each."""
+    """Figure that is not counted for every layout: only the closed form's volume is left out for some."""
     return "".join(
         f"Of {_words(name)}, {count:,} of {said.even:,} layouts counted (up to {MOST_THRUSTERS} thrusters).\n"
         for name, count in said.counted.items()

@@ -81,7 +81,7 @@ def _interval(
 def _zeros_met(
     flat: BoolArray, lower: FloatArray, upper: FloatArray, slack: FloatArray, layout: IndexArray
 ) -> BoolArray:
-    """Whether each call's rows of zeros, ``flat`` (m, B), hold: they hold or fail whatever z is."""
+    """Mask of calls whose rows of zeros, ``flat`` (m, B), hold, whatever z is."""
     met = np.ones(len(layout), dtype=bool)
     for row in np.flatnonzero(flat.any(axis=1)):
         room = slack[layout]
@@ -90,7 +90,7 @@ def _zeros_met(
 
 
 def _plane(a: FloatArray, size: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Of planes a'z = b, a (d, B): base (d, B), b base the nearest point, and (d, d - 1, B) what spans them.
+    """Planes a'z = b, a (d, B): base (d, B), b base the nearest point, and spanning vectors (d, d - 1, B).
 
     A Householder reflection turns a onto the first axis; its other columns span the plane.
     """
@@ -173,7 +173,7 @@ def _shares(layouts: Layouts, G: FloatArray, N: FloatArray, y: FloatArray, taus:
 def _inside_facets(
     y: FloatArray, lower: FloatArray, upper: FloatArray, slack: FloatArray, layout: IndexArray
 ) -> BoolArray:
-    """Whether some z has lower <= N z <= upper: for no y with y N = 0 do the limits exclude y N z = 0."""
+    """Mask of calls with some z, lower <= N z <= upper: for no y with y N = 0 do limits exclude y N z = 0."""
     n, size = len(lower), y.shape[1]
     met = np.ones(len(layout), dtype=bool)
     for rows, facet in zip(subsets(n, size), y, strict=True):

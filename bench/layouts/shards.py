@@ -27,7 +27,7 @@ LARGEST_MMAP_THRESHOLD = 32 << 20
 
 @lru_cache(maxsize=1)
 def keep_freed_memory() -> bool:
-    """Whether glibc was told to give memory back above 32 MB only; nothing changes elsewhere.
+    """Tell glibc to give memory back above 32 MB only; False where that is not possible.
 
     Dask starts its workers with a threshold of 64 kB, which costs half of a shard's time.
     """
@@ -209,7 +209,7 @@ def read_shard(path: Path, columns: list[str] | None = None) -> "pa.Table":
 
 
 class ShardFacts(NamedTuple):
-    """What a shard says besides its rows.
+    """Facts about a shard besides its rows.
 
     Attributes
     ----------
@@ -222,7 +222,7 @@ class ShardFacts(NamedTuple):
 
 
 def facts_of(path: Path) -> ShardFacts:
-    """What a shard says besides its rows."""
+    """Facts about a shard besides its rows."""
     import pyarrow.parquet as pq
 
     return ShardFacts(**json.loads(pq.ParquetFile(path).schema_arrow.metadata[FACTS]))

@@ -117,7 +117,7 @@ class Layouts:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Spaces:
-    """Of layouts of full rank: all thrusts that push tau are f = G tau + N z.
+    """Spaces of layouts of full rank: all thrusts that push tau are f = G tau + N z.
 
     Attributes
     ----------
@@ -151,7 +151,7 @@ class Spaces:
 
 
 def spaces(layouts: Layouts) -> tuple[BoolArray, Spaces]:
-    """Which layouts have full rank (B,), and the spaces of those.
+    """Mask of layouts of full rank (B,), and the spaces of those.
 
     T = U S V' gives the pseudoinverse and an orthonormal basis of the null space; where the weights of
     thrusters differ, both are turned into the ones of least f'Hf as ``alloc.generalized_inverse`` does.

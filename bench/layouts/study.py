@@ -74,7 +74,7 @@ class Center(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
 
 
 class MountingBox(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
-    """Where thrusters may sit, [least, largest] along each axis [m]."""
+    """Box in which thrusters may sit, [least, largest] along each axis [m]."""
 
     x: tuple[float, float] | None = None
     y: tuple[float, float] | None = None
@@ -97,7 +97,7 @@ class Wake(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
 
 
 class Constraints(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
-    """What a layout must keep to.
+    """Constraints on a layout.
 
     Attributes
     ----------

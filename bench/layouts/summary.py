@@ -28,7 +28,7 @@ def losses(table: "pa.Table") -> FloatArray:
 
 
 def unbeaten(points: FloatArray) -> BoolArray:
-    """Which points (M, p) no other one equals or beats in all coordinates; the first of equal ones counts.
+    """Mask of points (M, p) that no other equals or beats in all coordinates; the first of equal ones counts.
 
     Sorted, a point can only be beaten by one before it.
     """

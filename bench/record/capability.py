@@ -7,7 +7,7 @@ SERVED_WITHIN = 0.01
 
 
 class Authority(msgspec.Struct, kw_only=True):
-    """What a vehicle can do with one thruster off, or with none.
+    """Capability of a vehicle with one thruster off, or with none.
 
     Attributes
     ----------
@@ -112,7 +112,7 @@ class Plane(msgspec.Struct, kw_only=True):
 
 
 class LastMetre(msgspec.Struct, kw_only=True):
-    """What one way from thrusts to the commands of ESCs costs.
+    """Cost of one way from thrusts to the commands of ESCs.
 
     Attributes
     ----------
@@ -143,7 +143,7 @@ class LastMetre(msgspec.Struct, kw_only=True):
 
 
 class Capability(msgspec.Struct, tag="capability", kw_only=True, omit_defaults=True):
-    """What one vehicle can do, whole and after each failure, and how much of that each method serves.
+    """Capability of one vehicle, whole and after each failure, and the share of it that each method serves.
 
     Attributes
     ----------

@@ -47,7 +47,7 @@ class Batch(msgspec.Struct, array_like=True):
 
 
 class Judged(msgspec.Struct, omit_defaults=True, kw_only=True):
-    """What the equations say about the answers that were timed; NaN is stored as null.
+    """Verdict of the equations on the answers that were timed; NaN is stored as null.
 
     Attributes
     ----------
@@ -104,7 +104,7 @@ class Judged(msgspec.Struct, omit_defaults=True, kw_only=True):
 
     @property
     def objection(self) -> str:
-        """What the answers are not right by, an equation or the promised distance; empty where they are."""
+        """Reason why the answers are wrong, an equation or the promised distance; empty if they are right."""
         return self.wrong or (FARTHER if self.agrees is False else "")
 
 
@@ -113,7 +113,7 @@ RENAMED = {f"wrench_error_rel_{q}": f"lost_wrench_{q}" for q in ("p50", "p99", "
 
 
 class Quiet(msgspec.Struct, omit_defaults=True):
-    """What else the machine did during a measurement; None where this machine does not tell.
+    """Other activity of the machine during a measurement; None where this machine does not tell.
 
     Attributes
     ----------

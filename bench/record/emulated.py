@@ -87,7 +87,7 @@ class BoardFacts(msgspec.Struct, omit_defaults=True, kw_only=True):
 
 
 class Processor(msgspec.Struct, tag="processor", omit_defaults=True, kw_only=True):
-    """What is known of a processor that generated C was counted on; ``Emulated.target`` names it.
+    """Facts about a processor that generated C was counted on; ``Emulated.target`` names it.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What ``thrustbench size --clock`` prints: bands of shares of the period, and their assumptions."""
+"""Output of ``thrustbench size --clock``: bands of shares of the period, and their assumptions."""
 
 from collections.abc import Collection
 

@@ -1,4 +1,4 @@
-"""What ``thrustbench size --board`` prints: every method on one board, what it takes and what it delivers."""
+"""Output of ``thrustbench size --board``: cost and delivered share of every method on one board."""
 
 from collections.abc import Collection, Sequence
 

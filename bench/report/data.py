@@ -1,4 +1,4 @@
-"""What report.html works with: of each machine, vehicle and method its verdict at every limit, to look up.
+"""Data of report.html: of each machine, vehicle and method its verdict at every limit, to look up.
 
 Single calls are multisets of times. Times repeat from method to method, so each is stored once, in ``times``,
 and a multiset is [place in ``times``, how often, distance to the next place, how often, …].
@@ -122,7 +122,7 @@ def _method(
 
 
 def _pool(pool: Pool, rows: Sequence[Row]) -> dict[str, Any]:
-    """What was seen on some demand sets: all that the page shows but what it looks up by the limit.
+    """Measurements on some demand sets: all that the page shows but what it looks up by the limit.
 
     ``verdicts`` holds [limit [us] from which it holds, fit, reason] one after the other; ``bounds`` the bound
     on late calls [%] for a limit at each time of the single calls, as the table shows it.

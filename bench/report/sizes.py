@@ -1,4 +1,4 @@
-"""What ``thrustbench size`` prints: what to take, how sure that is, and every method's verdict."""
+"""Output of ``thrustbench size``: the method to take, how sure that is, and every method's verdict."""
 
 from collections.abc import Mapping, Sequence
 from itertools import groupby
@@ -79,7 +79,7 @@ def page(
 
 
 def _beside(run: Run, vehicle: str, loop: Loop) -> str:
-    """What the C from thrusts to commands takes behind each method, where a board was asked it."""
+    """Time of the C from thrusts to commands after each method, where a board was asked it."""
     slowest = [
         (row.call_max_us or 0.0, row.call_p50_us, row.method)
         for row in run.rows

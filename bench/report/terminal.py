@@ -113,7 +113,7 @@ def show(directory: Path, console: Console) -> bool:
 
 
 def _is_rival(row: Row) -> bool:
-    """Whether a row is a solver's own C and no answer in it is wrong: how far off it stops is its own affair.
+    """True if a row is a solver's C without a wrong answer: its distance from the optimum is its own affair.
 
     Its answers are checked before they are given, so a wrong one is this project's.
     """
@@ -138,7 +138,7 @@ def _worst_p99(run: Run, rows: list[Row]) -> float | None:
 
 
 def _verdict(rows: list[Row]) -> str:
-    """Whether the answers agree with the reference, which are wrong, and what could not be measured."""
+    """Agreement of the answers with the reference: which are wrong, and which could not be measured."""
     verdicts = [judged.agrees for row in rows for judged in row.measured.judged if judged.agrees is not None]
     agreement = "-" if not verdicts else "yes" if all(verdicts) else f"no, {verdicts.count(False)}x"
     failures = Counter(row.failed.status for row in rows if row.failed)

@@ -1,4 +1,4 @@
-"""What to take, said as one engineer says it to another, and how sure that is on this machine."""
+"""Advice which method to take, in words, and how sure that is on this machine."""
 
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -65,7 +65,7 @@ def verdicts(sized: Sequence[Size], loop: Loop, where: str = "") -> list[str]:
 
 
 def verdict(own: Sequence[Size], loop: Loop) -> str:
-    """What to take on one vehicle, without its name."""
+    """Method to take on one vehicle, without the vehicle's name."""
     first = own[0]
     if first.fit > Fit.MAY_FIT:
         times = [size.p50_us for size in own if size.p50_us is not None and size.fit == Fit.DOES_NOT_FIT]
@@ -165,7 +165,7 @@ def _why_not_exact(own: Sequence[Size]) -> str:
 
 
 def _other(first: Size, own: Sequence[Size]) -> str:
-    """What serves as well by other means: a solver where one does, else the next method, empty for none."""
+    """Second choice by other means: a solver where one serves, else the next method, empty for none."""
     rank = (first.fit, first.exact, first.tenths, first.refused > 0)
     alike = [
         size

@@ -20,7 +20,7 @@ USUAL_SCALAR = "double"
 
 @dataclass(frozen=True, kw_only=True)
 class Counted:
-    """What was counted of one kernel on one processor, all demand sets taken together.
+    """Counts of one kernel on one processor, all demand sets taken together.
 
     Attributes
     ----------
@@ -73,13 +73,13 @@ class Counted:
 
     @property
     def optimal(self) -> bool:
-        """Whether the method answers the optimum within limits, eq. 4-5."""
+        """True if the method answers the optimum within limits, eq. 4-5."""
         return find_formulation(self.formulation).optimal
 
 
 @dataclass(frozen=True, kw_only=True)
 class Band:
-    """What one kernel takes of the control period on one processor, at a clock.
+    """Share of the control period that one kernel takes on one processor, at a clock.
 
     Attributes
     ----------
@@ -215,7 +215,7 @@ def _size(band: Band, loop: Loop) -> Size:
 
 
 def refusal_of(formulation: str) -> str:
-    """What methods of that formulation refuse, by what it promises; empty for nothing."""
+    """Demands that methods of a formulation refuse, by what it promises; empty for none."""
     return "what can't be met" if refuses(formulation) else ""
 
 

@@ -24,7 +24,7 @@ class Row(Judgements):
 
     @cached_property
     def described(self) -> Method:
-        """What the record says of the method itself."""
+        """The method's line of the record."""
         return self.measured.described
 
     @cached_property
@@ -40,7 +40,7 @@ class Row(Judgements):
 
     @cached_property
     def unlimited(self) -> bool:
-        """Whether thrusts may lie beyond the limits; a user's method says so of itself."""
+        """True if thrusts may lie beyond the limits; a user's method says so of itself."""
         known = find_formulation(self.formulation)
         measured = [cell for cell in self.measured.cells if cell.status == "ok"]
         rule = self.described.plugin and not known.references  # of the user's own: no file says what it keeps
@@ -48,7 +48,7 @@ class Row(Judgements):
 
     @cached_property
     def title(self) -> str:
-        """What its answers are, in a few words."""
+        """Meaning of its answers, in a few words."""
         known = find_formulation(self.formulation)
         return "a rule that promises no limits" if self.unlimited and known.limited else known.title
 
@@ -174,7 +174,7 @@ class Row(Judgements):
 
     @property
     def disturbed_by(self) -> str:
-        """What disturbed the machine where ``quiet`` is no; docs/method.md says what counts."""
+        """Disturbances of the machine where ``quiet`` is no; docs/method.md says what counts."""
         return "; ".join(self.measured.disturbances)
 
     @property
@@ -194,7 +194,7 @@ class Row(Judgements):
 
     @property
     def formulation(self) -> str:
-        """Which optimum the method answers; answers are compared only within one."""
+        """Optimum that the method answers; answers are compared only within one."""
         return next((cell.formulation for cell in self.measured.cells if cell.formulation), "")
 
     @property

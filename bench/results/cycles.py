@@ -33,7 +33,7 @@ PUBLISHED = "by published timings at zero wait states (docs/counting.md)"
 
 
 def assumed(processors: Iterable[Processor]) -> Mapping[str, Cpi]:
-    """What a record assumes of its processors, by name; one of which it says nothing has no band."""
+    """Cycles an instruction that a record assumes, by processor; a processor without has no band."""
     return {one.name: Cpi(one.cpi[0], one.cpi[1], one.basis) for one in processors if len(one.cpi) == 2}
 
 

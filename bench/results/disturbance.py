@@ -1,4 +1,4 @@
-"""Whether the machine was quiet while a cell was measured, judged from the record."""
+"""Disturbances of the machine while a cell was measured, judged from the record."""
 
 from collections.abc import Iterable
 from statistics import median

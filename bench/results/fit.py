@@ -8,7 +8,7 @@ LATE_SHARE = 0.001
 
 
 class Fit(IntEnum):
-    """Whether a method fits the time it may take, best first."""
+    """Verdict on a method's time against the time it may take, best first."""
 
     FITS = 0
     WITHOUT_TAIL = 1

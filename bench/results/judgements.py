@@ -51,7 +51,7 @@ def worst_axis(judged: Judged, moments: bool) -> float | None:
 
 @dataclass(frozen=True)
 class Judgements:
-    """What judgements say of a line of results.csv; its properties are columns behind those of ``Row``.
+    """Judgements of a line of results.csv; its properties are columns behind those of ``Row``.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class Judgements:
 
     @property
     def disbelieved(self) -> str:
-        """What a solver said and was not believed, with calls: false INFEASIBLE, unknown exit flags."""
+        """Statuses that were not believed, with calls: false INFEASIBLE, unknown exit flags."""
         counts = sum((Counter(cell.disbelieved) for cell in self.measured.cells), Counter())
         n_calls = sum(map(calls, self.measured.cells))
         return "; ".join(f"{what} ({count:,} of {n_calls:,} calls)" for what, count in counts.items())

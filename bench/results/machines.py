@@ -82,7 +82,7 @@ def _check_names(directories: Sequence[Path], runs: Sequence[Run]) -> None:
 
 
 def _other_vehicle(one: Problem, two: Problem) -> bool:
-    """Whether two vehicles of one name are not the same, as far as the records tell."""
+    """True if two vehicles of one name differ, as far as the records tell."""
     shapes = [(each.dof, each.n, each.rank, each.faults) for each in (one, two)]
     numbers = [[*each.wrench_scale, each.f_scale, *each.numbers] for each in (one, two)]
     known = len(numbers[0]) if one.numbers and two.numbers else len(one.wrench_scale) + 1
@@ -90,13 +90,13 @@ def _other_vehicle(one: Problem, two: Problem) -> bool:
 
 
 def _other_demands(one: Problem, two: Problem) -> bool:
-    """Whether as many demands of a user's, under one name, are not the same."""
+    """True if as many demands of a user's, under one name, are not the same."""
     asked = [(each.n_demands, each.left_out) for each in (one, two)]
     return bool(one.sums and two.sums) and asked[0] == asked[1] and not _alike(one.sums, two.sums)
 
 
 def _alike(one: Sequence[float], two: Sequence[float]) -> bool:
-    """Whether numbers are the same but for rounding, to float too: a board may calculate in it."""
+    """True if numbers are the same but for rounding, to float too: a board may calculate in it."""
     return len(one) == len(two) and all(
         isclose(x, y, rel_tol=SAME, abs_tol=1e-9) for x, y in zip(one, two, strict=True)
     )
@@ -128,7 +128,7 @@ def differences(a: Run, b: Run) -> list[str]:
 
 
 def _apart(one: Mapping[str, Any], two: Mapping[str, Any], lacking: str = "unknown") -> list[str]:
-    """What two have of the same name and different value, with both."""
+    """Entries of the same name and different value, with both values."""
     keys = sorted(one.keys() | two.keys())
     both = (
         (key, *(lacking if has.get(key) in ("", None) else has[key] for has in (one, two))) for key in keys
@@ -209,7 +209,7 @@ def emulated_name(target: str) -> str:
 
 
 def on_all(sized: Mapping[str, Sequence[Size]]) -> list[Size]:
-    """What fits on every machine that has the vehicle: for each method the worst of its sizes, best first.
+    """Methods on every machine that has the vehicle: for each the worst of its sizes, best first.
 
     ``sized`` holds the sizes by machine. A method that some machine has not measured is left out.
     """

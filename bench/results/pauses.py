@@ -1,4 +1,4 @@
-"""Whether a late call is the method's or the machine's: fixed work in the same run tells."""
+"""Late calls of the method and of the machine, told apart by fixed work in the same run."""
 
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,4 +1,4 @@
-"""Which start and level represents a method, and which rows are right, complete, optimal and exact."""
+"""Ranking: the start and level that represents a method, and rows that are right, complete, exact."""
 
 from collections.abc import Iterable, Sequence
 
@@ -21,22 +21,22 @@ ATTAINABLE = ("inactive", "active", "uniform")
 
 
 def right(row: Row) -> bool:
-    """Whether a row was measured and no answer in it is wrong or farther off than promised."""
+    """True if a row was measured and no answer in it is wrong or farther off than promised."""
     return not row.failed and row.agreed is not False and not row.wrong
 
 
 def off(row: Row) -> bool:
-    """Whether an answer of this set, or an untimed one, is wrong or farther off than promised."""
+    """True if an answer of this set, or an untimed one, is wrong or farther off than promised."""
     return bool(row.measured.wrong_elsewhere) or any(judged.objection for judged in row.measured.judged)
 
 
 def objection(row: Row) -> str:
-    """What a row that is not right is not right by, in words."""
+    """Reason why a row is not right, in words."""
     return row.wrong or FARTHER
 
 
 def complete(row: Row) -> bool:
-    """Whether as many demands were solved as are attainable, and none was missed of those not timed.
+    """True if as many demands were solved as are attainable, and none was missed of those not timed.
 
     A log may ask for nothing that is hard.
     """
@@ -49,12 +49,12 @@ def complete(row: Row) -> bool:
 
 
 def optimal(row: Row) -> bool:
-    """Whether a row's formulation serves every attainable demand at least effort (eq. 4-5)."""
+    """True if a row's formulation serves every attainable demand at least effort (eq. 4-5)."""
     return find_formulation(row.formulation).optimal
 
 
 def exact(row: Row) -> bool:
-    """Whether all of a row's answers are the constrained optimum, within EXACT_WITHIN."""
+    """True if all of a row's answers are the constrained optimum, within EXACT_WITHIN."""
     distance = row.distance_relative
     near = distance is not None and distance <= EXACT_WITHIN
     return near and optimal(row) and complete(row) and right(row)

@@ -48,7 +48,7 @@ class Run:
 
     @property
     def by_driver(self) -> bool:
-        """Whether the C driver of ``thrustbench board`` called the methods, and nothing in Python."""
+        """True if the C driver of ``thrustbench board`` called the methods, and nothing in Python."""
         return "port" in self.machine
 
     @property
@@ -109,7 +109,7 @@ class Run:
         return [first, *(name for name in others if self.given(vehicle, name))]
 
     def given(self, vehicle: str, demands: str) -> bool:
-        """Whether a user brought that set."""
+        """True if a user brought that set."""
         problem = self.asked.get((vehicle, demands))
         return problem is not None and problem.given
 

@@ -27,7 +27,7 @@ class RowSamples(NamedTuple):
 
 
 def samples(row: Row) -> RowSamples:
-    """What was measured of a row, before any statistics."""
+    """Measured times of a row, before any statistics."""
     batches = [
         (i, b.calls, b.wall_ns, b.cpu_ns) for i, cell in enumerate(row.measured.cells) for b in cell.batches
     ]

@@ -1,4 +1,4 @@
-"""What one method takes of a control loop, and which to take first."""
+"""Share of a control loop that one method takes, and the order in which methods are advised."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -116,7 +116,7 @@ def best_of_each(sizes: list[Size]) -> list[Size]:
 
 
 def worst(there: Mapping[str, Size]) -> Size:
-    """What one method takes and promises in the worst of several places, by name: machines, or vehicles."""
+    """Worst of one method's sizes in several places, by name: machines, or vehicles."""
     place, size = max(there.items(), key=lambda item: item[1].fit)
     known = [s.p999_us for s in there.values()]
     rates = [s.rate_hz for s in there.values() if s.rate_hz is not None]

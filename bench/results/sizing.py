@@ -1,4 +1,4 @@
-"""Which method fits a control rate: its times, its late calls, and a verdict."""
+"""Fit of methods to a control rate: times, late calls, and a verdict."""
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -44,7 +44,7 @@ def of_methods(run: Run) -> list[list[Row]]:
 
 
 def pools(run: Run, groups: Iterable[Sequence[Row]], transfer: Transfer | None = None) -> Iterator["Pool"]:
-    """What was seen of each method; a group holds its rows on all demand sets, or on some."""
+    """Pools of each method; a group holds its rows on all demand sets, or on some."""
     held_up = pauses(run)
     for rows in groups:
         yield _pool(rows, transfer, held_up, run.asked)
@@ -52,7 +52,7 @@ def pools(run: Run, groups: Iterable[Sequence[Row]], transfer: Transfer | None =
 
 @dataclass(frozen=True)
 class Pool:
-    """What one method, start and level was seen to take on some demand sets: its size, but for the loop.
+    """Measured times of one method, start and level on some demand sets: its size, but for the loop.
 
     Attributes
     ----------
@@ -85,7 +85,7 @@ class Pool:
         return late, late_bound(late, self.seen.calls) if self.seen.calls else None
 
     def verdict(self, limit_us: float) -> tuple[Fit, str, bool]:
-        """Whether calls fit a limit, why not better, and whether late calls were the machine's doing."""
+        """Fit of calls to a limit, why not better, and whether late calls were the machine's doing."""
         seen, (late, bound) = self.seen, self.late(limit_us)
         excuse = ""
         if self.pauses and seen.p50_us is not None:
@@ -171,7 +171,7 @@ def _pool(
 
 
 def exact_everywhere(rows: Sequence[Row]) -> bool:
-    """Whether a method is exact on all of these rows that ask attainable demands, and there is one."""
+    """True if a method is exact on all of these rows that ask attainable demands, and there is one."""
     # On a set without attainable demands an exact method may have no answers to be judged by.
     asked = [row for row in rows if row.measured.attainable or row.agreed is not None]
     return all(exact(row) for row in asked) and any(exact(row) for row in rows)
@@ -198,7 +198,7 @@ def judge(
     bound: float | None,
     estimated: bool = False,
 ) -> tuple[Fit, str]:
-    """Whether a method fits by its times, and what prevents a better verdict, empty where nothing does.
+    """Verdict on a method's times, and what prevents a better one, empty where nothing does.
 
     A method ``fits`` where no call was late, of so many that at most LATE_SHARE of all calls are late with
     95 % confidence; that takes 2,995 calls. It ``fits without tail`` where the median fits, and the tail does

@@ -71,7 +71,7 @@ def _inline(text: str) -> str:
 
 
 def _shown(text: str) -> str:
-    """What of a text can be printed, on one line."""
+    """Printable part of a text, on one line."""
     return " ".join("".join(c if c.isprintable() else " " for c in text).split())
 
 

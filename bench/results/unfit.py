@@ -80,7 +80,7 @@ def _refused(row: Row, problem: Problem | None) -> tuple[float, str]:
 
 
 def refuses(formulation: str) -> bool:
-    """Whether methods of that formulation give no thrusts where a demand can't be met."""
+    """True if methods of that formulation give no thrusts where a demand can't be met."""
     known = find_formulation(formulation)
     return known.optimal and known.way is None and not known.gives_way
 

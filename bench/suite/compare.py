@@ -29,7 +29,7 @@ class Stats(msgspec.Struct):
 
 
 class Extra(msgspec.Struct, frozen=True):
-    """What a benchmark of ``bench/suite`` adds.
+    """Figures that a benchmark of ``bench/suite`` adds.
 
     Attributes
     ----------

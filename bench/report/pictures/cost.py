@@ -1,4 +1,4 @@
-"""What a call of each method costs: median, p99.9 and the slowest call seen, on a log axis."""
+"""Picture of a call's cost by method: median, p99.9 and the slowest call seen, on a log axis."""
 
 from matplotlib.figure import Figure
 

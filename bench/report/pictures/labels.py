@@ -22,7 +22,7 @@ class Box(NamedTuple):
     high: float
 
     def meets(self, other: "Box") -> bool:
-        """Whether the two overlap."""
+        """True if the two overlap."""
         return (
             self.left < other.right
             and other.left < self.right

@@ -74,7 +74,7 @@ def _together(rows: list[Row]) -> str:
 
 
 def _keeps(row: Row | None) -> bool:
-    """Whether every demand of the row was answered and met inside the limits."""
+    """True if every demand of the row was answered and met inside the limits."""
     if row is None:
         return False
     lost, beyond = row.lost_wrench_max, row.limits_violated_share

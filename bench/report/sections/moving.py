@@ -42,7 +42,7 @@ def sequences(run: Run) -> list[Problem]:
 
 
 def title(problem: Problem) -> str:
-    """What was asked: vehicle, set, how many demands of which kind, whether limits move."""
+    """Title with vehicle, set, number of demands of each kind, and limits that move."""
     kinds = ", ".join(f"{count} {name}" for name, count in problem.labels.items())
     limits = "limits of each" if problem.moving else "fixed limits"
     return f"{problem.vehicle}, {problem.demands}: {problem.n_demands} demands ({kinds}), {limits}"

@@ -56,7 +56,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
 
 
 def kind_of(run: Run, vehicle: str, demands: str) -> str:
-    """Whether all, none or some of a set's demands can be met; empty where the record does not say."""
+    """Kind of a set: all, none or some of its demands can be met; empty where the record does not say."""
     problem = run.asked.get((vehicle, demands))
     if problem is None or not problem.labels:
         return ""
@@ -78,7 +78,7 @@ def _priced(run: Run, vehicle: str) -> Iterable[Priced]:
 
 
 def _cells(own: list[Priced], kind: str) -> list[str]:
-    """Of one method on all sets of one kind: time, least share that half of the demands and all get, turn."""
+    """One method on all sets of one kind: time, least share that half of the demands and all get, turn."""
     rows = [one.row for one in own]
     cells = [number_range(row.call_p50_us for row in rows)]
     if rows and not any(row.answered_share for row in rows):

@@ -53,7 +53,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
 
 
 def answers(row: Row) -> str:
-    """What a row's answers are, in words; near an optimum where only a solver's tolerance misses it."""
+    """Answers of a row in words; near an optimum where only a solver's tolerance misses it."""
     title = row.title
     if not right(row):
         return f"wrong: {objection(row)}"
