@@ -14,7 +14,7 @@ from alloc.c.esc_arrays import arrays, small
 from alloc.c.esc_code import EscCode
 from alloc.c.esc_loop import send, to_esc
 from alloc.c.esc_tables import CELLS, REACH, Tables, tables
-from alloc.c.helpers import FAST_MATH, called, definitions
+from alloc.c.helpers import called, definitions, refusals
 from alloc.c.license import IN_C
 from alloc.program import Scalar
 from alloc.vehicle import esc
@@ -99,7 +99,7 @@ def source(of: EscCode) -> str:
  * {of.name}_esc.h says how to call it. */
 #include "{of.name}_esc.h"
 
-{FAST_MATH}
+{refusals(of.scalar)}
 
 #ifdef __GNUC__
 #define {of.name}_esc_INLINE static inline __attribute__((always_inline))

@@ -61,11 +61,42 @@ def _in(definition: str, scalar: Scalar) -> str:
     return definition
 
 
-FAST_MATH = """\
+_FAST_MATH = """\
 #if defined __FAST_MATH__ || (defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__)
 #error "Compile this file without -ffast-math and -Ofast: NaN would pass unseen."
 #endif"""
-"""What refuses a compiler's options."""
+_FPV5 = """
+#ifdef THRUSTBENCH_FPV5
+#if !defined __ARM_FP || !(__ARM_FP & 4) || \\
+    (defined __clang__ && !defined __ARM_FPV5__ && !defined __ARM_FEATURE_NUMERIC_MAXMIN)
+#error "THRUSTBENCH_FPV5 is defined, but the FPU has no minimum and maximum of floats; leave it out."
+#elif defined __GNUC__ && !defined __clang__ && !defined __ARM_FEATURE_NUMERIC_MAXMIN
+/* GCC's macros are those of a Cortex-M4F's FPU, which has neither; its assembler knows what only FPv5 has. */
+__asm__(".pushsection .thrustbench_fpv5, \\"\\", %progbits\\n\\tvrinta.f32 s0, s0\\n\\t.popsection");
+#endif
+#endif"""
+"""Refuses THRUSTBENCH_FPV5 for other processors. The section is not loaded, and no call runs it."""
+
+
+def refusals(scalar: Scalar) -> str:
+    """C that does not compile with options under which a source file would answer otherwise."""
+    return _FAST_MATH + (_FPV5 if scalar == "float" else "")
+
+
+def digits(scalar: Scalar) -> str:
+    """C that does not compile where the scalar has fewer digits than its answers are promised with.
+
+    An analyser that reads no header of the system does not know the macro, and goes on.
+    """
+    least, macro = (24, "FLT_MANT_DIG") if scalar == "float" else (53, "DBL_MANT_DIG")
+    remedy = "" if scalar == "float" else "; generate the C with --float"
+    return f"""\
+#include <float.h>
+
+#if defined {macro} && {macro} < {least}
+#error "A {scalar} of this compiler has fewer than {least} bits{remedy}."
+#endif"""
+
 
 DEFINITIONS = {
     "unlikely": """\

@@ -11,6 +11,10 @@ from alloc.errors import AllocError
 
 Package = Literal["cmake", "ros2", "platformio", "arduino", "zephyr"]
 """Whose package; each is a function here."""
+ARCHITECTURES = (
+    "mbed_giga,mbed_nano,mbed_nicla,mbed_opta,mbed_portenta,renesas_portenta,renesas_uno,samd,stm32"
+)
+"""Arduino's cores for a Cortex-M, for which tests build the C. For others the IDE warns."""
 
 
 class Parts(NamedTuple):
@@ -138,7 +142,7 @@ def arduino(parts: Parts) -> dict[str, str]:
     facts = {
         "name": parts.name, "version": _version(), "author": "thrustbench", "maintainer": "thrustbench",
         "sentence": f"{parts.about}.", "paragraph": "Generated C.", "category": "Device Control", "url": "",
-        "architectures": "*", "license": LICENSE, "includes": ",".join(parts.headers),
+        "architectures": ARCHITECTURES, "license": LICENSE, "includes": ",".join(parts.headers),
     }  # fmt: skip
     return {"library.properties": "".join(f"{key}={value}\n" for key, value in facts.items())}
 

@@ -13,10 +13,18 @@
 #error "TB_K_MAX is 1 to 6, TB_N_MAX 2 to 32 and no less than TB_K_MAX."
 #endif
 
+#include <float.h>
+
 #ifdef TB_FLOAT
 typedef float tb_real;
+#if defined FLT_MANT_DIG && FLT_MANT_DIG < 24
+#error "A float of this compiler has fewer than 24 bits."
+#endif
 #else
 typedef double tb_real;
+#if defined DBL_MANT_DIG && DBL_MANT_DIG < 53
+#error "A double of this compiler has fewer than 53 bits; define TB_FLOAT for all files."
+#endif
 #endif
 
 #ifndef THRUSTBENCH_STATUSES

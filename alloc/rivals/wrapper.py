@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from alloc import solvers
 from alloc.c.call import function_name
+from alloc.c.helpers import digits
 from alloc.errors import NotApplicable, NotInstalled
 from alloc.kernels.tolerance import MET_BY_SOLVERS, TOLERANCE
 from alloc.live.allocator import PARTIAL_TOLERANCE, UNREACHABLE
@@ -87,6 +88,8 @@ def _header(solver: str, scalar: Scalar) -> str:
     return f"""\
 /* What a solver offers: x within lb and ub with A x = b, least 1/2 x'Hx + g'x. It returns 0 where it claims
  * x, 2 where it claims that there is none, 3 where it gives up, with its multipliers y of the equations. */
+{digits(scalar)}
+
 typedef {scalar} real;
 #define rival_solve {solver.replace("-", "_")}_rival_solve /* an image may hold several solvers */
 

@@ -1,5 +1,6 @@
 """Generated C goes into anybody's program: every standard, C++, one translation unit, every FPU."""
 
+import os
 import re
 import shutil
 import subprocess
@@ -119,6 +120,33 @@ def test_fast_math_is_refused_with_the_reason(compiler, flag, generated) -> None
     assert "without -ffast-math" in done.stderr
 
 
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_every_file_with_a_scalar_of_too_few_digits_is_refused_with_the_reason(compiler, generated) -> None:
+    """Kernels, ESCs and self-tests; on AVR a double has 24 bits, and a compiler says nothing."""
+    needs(compiler)
+    few = {"double": "__DBL_MANT_DIG__=24", "float": "__FLT_MANT_DIG__=11"}
+    seen = set()
+    for path in (*generated.glob("*_*.c"), *generated.glob("test/*.c")):
+        scalar = "float" if "_float" in path.name else "double"
+        for changed, macro in few.items():
+            options = [f"-U{macro.partition('=')[0]}", f"-D{macro}", "-Wno-builtin-macro-redefined"]
+            done = run([compiler, *options, "-I.", "-E", "-o", os.devnull, str(path)], generated)
+            assert (f"A {scalar} of this compiler has fewer" in done.stderr) == (changed == scalar), path.name
+            seen.add((scalar, changed, "_esc" in path.name, "_test" in path.name))
+    assert len(seen) == 16
+
+
+def test_avr_s_compiler_takes_float_and_refuses_double(generated) -> None:
+    needs("avr-gcc")
+    for path in (*generated.glob("*_nullspace*.c"), *generated.glob("test/*_nullspace*.c")):
+        command = ["avr-gcc", "-mmcu=atmega2560", "-std=c99", "-Os", "-Wall", "-Wextra", "-Werror", "-I."]
+        done = run([*command, "-c", str(path), "-o", "avr.o"], generated)
+        if "_float" in path.name:
+            assert (done.returncode, done.stderr) == (0, "")
+        else:
+            assert "generate the C with --float" in done.stderr
+
+
 HARD = ["-mthumb", "-mfloat-abi=hard"]
 M7 = ["arm-none-eabi-gcc", "-mcpu=cortex-m7", *HARD]
 CLANG = ["clang", "--target=arm-none-eabi", *HARD]
@@ -149,6 +177,38 @@ def test_a_minimum_is_one_instruction_where_the_target_has_it_and_never_a_call(t
     assert (instruction or "vcmp") in done.stdout
     assert instruction or "minnm" not in done.stdout
     assert not re.search(r"\bf(min|max)f?\b", done.stdout)
+
+
+SOFT = ["-mthumb", "-mcpu=cortex-m3"]
+ASSEMBLER, HEADED = "does not support `vrinta.f32 s0,s0'", "leave it out"
+TOLD = {
+    "Cortex-M4F": (CROSS["Cortex-M4F"][0], ASSEMBLER),
+    "Cortex-M7 with the FPU of a Cortex-M4": ([*M7, "-mfpu=fpv4-sp-d16"], ASSEMBLER),
+    "Cortex-M4F, Clang": ([*CLANG, "-mcpu=cortex-m4"], HEADED),
+    "Cortex-M3": (["arm-none-eabi-gcc", *SOFT], HEADED),
+    "Cortex-M3, Clang": (["clang", "--target=arm-none-eabi", *SOFT], HEADED),
+    "this computer": (["gcc"], HEADED),
+    "Cortex-M7, floats": ([*M7, SINGLE], ""),
+    "Cortex-M7, doubles": ([*M7, DOUBLE], ""),
+    "Cortex-M7, floats, Clang": ([*CLANG, "-mcpu=cortex-m7", SINGLE], ""),
+    "Cortex-M33": (CROSS["Cortex-M33"][0], ""),
+    "aarch64": (["aarch64-linux-gnu-gcc"], ""),
+}
+"""Compilers that are told THRUSTBENCH_FPV5, and their words where the processor is another."""
+
+
+@pytest.mark.parametrize("target", TOLD)
+def test_float_c_that_is_told_of_an_fpu_compiles_for_that_fpu_only(target: str, generated: Path) -> None:
+    """On a Cortex-M4F it called fminf of the mathematical library, without a word."""
+    command, words = TOLD[target]
+    needs(command[0])
+    if target == "this computer" and "x86_64" not in run(["gcc", "-dumpmachine"], generated).stdout:
+        pytest.skip("an Arm may have that FPU")
+    for name in ("ukwial_nullspace_float.c", "bluerov2_heavy_scaled_float_esc.c"):
+        options = ["-std=c99", "-O2", "-ffreestanding", "-DTHRUSTBENCH_FPV5", *WARNINGS]
+        done = run([*command, *options, "-c", name, "-o", "told.o"], generated)
+        assert (done.returncode == 0) == (words == ""), done.stderr[:2000]
+        assert words in done.stderr
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))

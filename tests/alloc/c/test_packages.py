@@ -6,6 +6,7 @@ their files, and Arduino's, are read against what their documents ask for.
 
 import json
 import os
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -149,6 +150,24 @@ def test_platformio_s_and_arduino_s_files_name_a_header_that_is_there(tmp_path: 
     assert (place / facts["includes"]).is_file()
     # Both take every source of the library's root, and none of test/.
     assert {path.name for path in place.glob("*.c")} == {f"{NAME}.c"}
+
+
+@pytest.mark.parametrize("cpu", ["cortex-m0plus", "cortex-m4", "cortex-m7", "cortex-m33"])
+def test_an_arduino_package_names_cores_whose_processors_it_is_built_for(cpu: str, tmp_path: Path) -> None:
+    """A double of the core ``avr`` has 4 bytes, and of ``esp32`` and others nothing was built."""
+    place = write("arduino", tmp_path)
+    named = (place / "library.properties").read_text(encoding="utf-8")
+    found = re.search(r"^architectures=(.+)$", named, re.MULTILINE)
+    assert found
+    assert "stm32" in found[1].split(",")
+    assert not {"*", "avr", "esp32"} & set(found[1].split(","))
+    double = generate(load_vehicle("ukwial"), "scaled", package="arduino")
+    (place / "double.h").write_text(double["ukwial_scaled/ukwial_scaled.h"], encoding="utf-8")
+    text = double["ukwial_scaled/ukwial_scaled.c"].replace('"ukwial_scaled.h"', '"double.h"')
+    (place / "double.c").write_text(text, encoding="utf-8")
+    for source in (f"{NAME}.c", "double.c"):
+        command = ["arm-none-eabi-gcc", "-mthumb", f"-mcpu={cpu}", "-std=gnu11", "-Os", "-Wall", "-Werror"]
+        do(*command, "-ffreestanding", "-c", source, cwd=place)
 
 
 def test_zephyr_s_module_names_files_that_are_there(tmp_path: Path) -> None:

@@ -110,6 +110,22 @@ def test_fast_math_is_refused_with_the_reason(tmp_path: Path) -> None:
     assert "without -ffast-math" in done.stderr
 
 
+@pytest.mark.parametrize(
+    ("scalar", "macro", "remedy"),
+    [("double", "__DBL_MANT_DIG__=24", "define TB_FLOAT"), ("float", "__FLT_MANT_DIG__=11", "24 bits")],
+)
+def test_a_scalar_of_too_few_digits_is_refused_in_every_file(
+    scalar: Scalar, macro: str, remedy: str, tmp_path: Path
+) -> None:
+    needs("gcc")
+    made = files(scalar) | selftest()
+    write(tmp_path, made)
+    options = [f"-U{macro.partition('=')[0]}", f"-D{macro}", "-fsyntax-only"]
+    for name in made:
+        done = run(["gcc", *options, name], tmp_path)
+        assert remedy in done.stderr or name.endswith(".h"), name
+
+
 def test_sizes_that_it_has_no_room_for_are_refused(tmp_path: Path) -> None:
     needs("gcc")
     write(tmp_path, files(n_max=33))
