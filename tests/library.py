@@ -8,37 +8,37 @@ import numpy as np
 from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.c.compiled import shared_library
-from alloc.library import calls, files
+from alloc.library import K_MAX, calls, files
 
 ROOM = 1 << 20
 """Bytes that hold a ``struct tb_allocator`` of any size here."""
 
 
 @cache
-def _library() -> ctypes.CDLL:
-    return ctypes.CDLL(str(shared_library("libthrustbench", files(n_max=12))))
+def _library(n_max: int, k_max: int) -> ctypes.CDLL:
+    return ctypes.CDLL(str(shared_library("libthrustbench", files(n_max=n_max, k_max=k_max))))
 
 
 class Allocator:
     """One ``struct tb_allocator``."""
 
-    def __init__(self, vehicle: Vehicle) -> None:
+    def __init__(self, vehicle: Vehicle, n_max: int = 12, k_max: int = K_MAX) -> None:
         """Prepare it for this vehicle; ``status`` is what came back."""
-        self.vehicle = vehicle
+        self.vehicle, self._library = vehicle, _library(n_max, k_max)
         self.memory = ctypes.create_string_buffer(ROOM)
         given = (vehicle.T, vehicle.H, vehicle.readiness, vehicle.f_min, vehicle.f_max)
-        self.status = _library().tb_prepare(self.memory, vehicle.k, vehicle.n, *map(_pointer, given))
+        self.status = self._library.tb_prepare(self.memory, vehicle.k, vehicle.n, *map(_pointer, given))
         of = [next(i for i, axes in enumerate(vehicle.priority) if axis in axes) for axis in vehicle.dof]
         self.levels((ctypes.c_int * vehicle.k)(*of))
 
     def levels(self, of: object) -> int:
         """Give each axis its level."""
-        return int(_library().tb_levels(self.memory, of))
+        return int(self._library.tb_levels(self.memory, of))
 
     def without(self, *thrusters: int) -> int:
         """Switch these thrusters off, and all others on that were."""
         mask = ctypes.c_ulong(sum(1 << i for i in thrusters))
-        return int(_library().tb_without(self.memory, mask))
+        return int(self._library.tb_without(self.memory, mask))
 
     def __call__(
         self, method: str, tau: FloatArray, low: FloatArray | None = None, high: FloatArray | None = None
@@ -47,7 +47,7 @@ class Allocator:
         f = np.full(self.vehicle.n, np.nan)
         share = np.full(len(self.vehicle.priority) if method == "priority" else 1, np.nan)
         arrays = [tau, low, high, f, *([share] if calls()[method] else [])]
-        status = _library()[f"tb_{method}"](self.memory, *map(_pointer, arrays))
+        status = self._library[f"tb_{method}"](self.memory, *map(_pointer, arrays))
         return int(status), f, share if calls()[method] else share[:0]
 
 

@@ -27,7 +27,8 @@ def sized(vehicle: Vehicle, scalar: Scalar = "double") -> dict[str, str]:
 def adapter(vehicle: Vehicle, method: str, scalar: Scalar = "double") -> dict[str, str]:
     """``<name>.c`` and its header: ``<name>_prepare()``, then ``<name>_fixed`` and ``<name>_call``.
 
-    The last two are called as generated C is, within the vehicle's limits and those of the call.
+    The last two are called as generated C is, within the vehicle's limits and those of the call; ``fault`` is
+    -1 there and not looked at, as what is off is in the numbers of the vehicle.
     ``<name>_ready(tau)`` returns tau, and prepares at its first call.
     """
     own, shares = name(vehicle, method, scalar), levels(method, vehicle)

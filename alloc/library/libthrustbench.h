@@ -87,9 +87,10 @@ extern "C" {
 int tb_prepare(struct tb_allocator *a, int k, int n, const tb_real *T, const tb_real *H, const tb_real *readiness,
                const tb_real *f_min, const tb_real *f_max);
 
-/* The same vehicle with the thrusters off whose bits are set in `mask` (1UL << i), beside those that tb_prepare was
- * told are off; 0 brings all others back. Returns and is bounded as tb_prepare. To change vehicles under a running
- * loop, copy, change the copy, and swap pointers. */
+/* The same vehicle with the thrusters off whose bits are set in `mask` (1UL << i, i from 0 to n - 1), beside those that
+ * tb_prepare was told are off; 0 brings all others back. Returns and is bounded as tb_prepare, or TB_NO_SUCH_FAULT for
+ * a bit of no thruster; then too calls answer TB_BAD_ARGUMENT. To change vehicles under a running loop, copy, change
+ * the copy, and swap pointers. */
 int tb_without(struct tb_allocator *a, unsigned long mask);
 
 /* Levels for tb_priority: level[j] of axis j counts from 0, and no number is left out; else TB_BAD_ARGUMENT, and

@@ -350,7 +350,8 @@ int tb_without(struct tb_allocator *a, unsigned long mask)
     if (a->n < 1) {
         return TB_BAD_ARGUMENT;
     }
-    const int status = refresh(a, mask);
+    /* In two steps, as a shift by all bits of a type is undefined. */
+    const int status = mask >> (a->n - 1) >> 1 ? (int)TB_NO_SUCH_FAULT : refresh(a, mask);
     a->m = status == TB_SOLVED ? a->m : -1; /* calls refuse */
     return status;
 }

@@ -18,7 +18,8 @@ public:
         return tb_prepare(&made_[0], k, n, T.data(), nullptr, nullptr, low.data(), high.data()) == TB_SOLVED;
     }
 
-    // Called by the worker, one call at a time: `failed` has a bit for each thruster that is off.
+    // Called by the worker, one call at a time: `failed` has a bit for each thruster that is off,
+    // bit 0 for the first. False where there is no such thruster, or nothing can be prepared for those that are left.
     bool without(unsigned long failed)
     {
         const tb_allocator *now = active_.load();

@@ -140,6 +140,17 @@ static void own(const tb_real *tau, unsigned long mask)
           "limits of the call answer as the vehicle's own", "priority");
 }
 
+/* A bit of a thruster that is not there, which leaves nothing prepared. */
+static void no_such_fault(void)
+{
+    const tb_real tau[TB_K_MAX] = {0};
+    tb_real f[TB_N_MAX];
+    if (n < 32) {
+        check(tb_without(&allocator, 1UL << n) == TB_NO_SUCH_FAULT, "no other thruster fails", "without");
+        check(tb_nullspace(&allocator, tau, NULL, NULL, f) == TB_BAD_ARGUMENT, "nothing is prepared", "without");
+    }
+}
+
 static void ask(unsigned long mask)
 {
     tb_real f_min[TB_N_MAX], f_max[TB_N_MAX], made[TB_N_MAX], tau[TB_K_MAX], f[TB_N_MAX], share[TB_K_MAX];
@@ -214,6 +225,7 @@ int main(void)
             refused++;
             continue;
         }
+        no_such_fault();
         for (int demand = 0; demand < DEMANDS; demand++) {
             const unsigned long mask = demand % 3 == 2 ? 1UL << below(n) | 1UL << below(n) : 0;
             if (tb_without(&allocator, mask) == TB_SOLVED) {

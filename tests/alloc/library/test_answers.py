@@ -82,6 +82,38 @@ def test_thrusters_that_come_back_bring_the_old_answers_back(rng: np.random.Gene
         np.testing.assert_array_equal(again[2], share)
 
 
+@pytest.mark.parametrize("off", [(8,), (31,), (40,), (63,), (0, 8)])
+def test_a_fault_of_no_thruster_has_a_status_and_no_call_is_answered_until_a_mask_is_taken(
+    off: tuple[int, ...],
+) -> None:
+    """Who counts from 1 had the last one in use still, and SOLVED."""
+    vehicle = load_vehicle("bluerov2-heavy")
+    library, tau = Allocator(vehicle), np.full(6, 5.0)
+    assert library.without(*off) == -1
+    for method in calls():
+        status, f, _ = library(method, tau)
+        assert status == -3
+        assert np.isnan(f).all()
+    assert library.without(7) == 0
+    assert library("nullspace", tau)[0] == Status.SOLVED
+
+
+def test_a_mask_with_a_bit_for_each_of_thirty_two_thrusters_is_taken() -> None:
+    """A shift by all bits of a type is undefined."""
+    T = np.vstack([np.ones(32), np.linspace(-1.0, 1.0, 32)])
+    own = load_vehicle("ukwial")
+    ends = np.full(32, 10.0)
+    vehicle = replace(
+        own, dof=("surge", "yaw"), T=T, H=np.eye(32), f_min=-ends, f_max=ends, readiness=np.ones(32),
+        slack_weights=np.ones(2), priority=(), slew=None, by_volts=None, names=(), esc=(), groups=(),
+    )  # fmt: skip
+    library = Allocator(vehicle, n_max=32, k_max=2)
+    assert library.status == 0
+    assert library.without(31) == 0
+    assert library("nullspace", np.array([5.0, 0.0]))[1][31] == 0.0
+    assert library.without(32) == -1
+
+
 def test_with_every_thruster_off_there_is_no_thrust_and_no_share() -> None:
     vehicle = load_vehicle("ukwial")
     library, tau = Allocator(vehicle), np.array([10.0, 0.0, 1.0])

@@ -50,6 +50,7 @@ SABOTAGED = {
     "so do they on a way that has begun": ("along += part * each->x;", "along += part * each->x * 2;"),
     "a facet has the room of the other side": ("ahead = a->margin[f][0];", "ahead = a->margin[f][1];"),
     "a failed thruster works on": ("!(off >> i & 1UL)", "!(off >> i & 2UL)"),
+    "a fault of no thruster is taken": ("mask >> (a->n - 1) >> 1 ?", "mask >> 31 >> 1 ?"),
     "the effort is not weighed": ("share += a->N[p][j] * costs[p];", "share += 0 * costs[p];"),
     "shares of levels are exchanged": ("back[i] * part[l];", "back[i] * part[levels - 1 - l];"),
     "NaN is not looked for": ("a->k) ? status : TB_NOT_FINITE", "a->k) ? status : status"),
