@@ -1,6 +1,7 @@
 """C99, and C++, for one vehicle and one method: header, source, self-test."""
 
 from collections.abc import Mapping
+from functools import lru_cache
 from hashlib import sha256
 
 from alloc.allocation import IndexArray
@@ -10,7 +11,7 @@ from alloc.c.helpers import digits, helpers, refusals
 from alloc.c.license import IN_C
 from alloc.c.recipe import Recipe
 from alloc.c.selftest import selftest
-from alloc.c.statements import STATUSES
+from alloc.c.statements import NO_SUCH_FAULT, STATUSES
 from alloc.program import Faults, Program, Scalar, Where
 from alloc.vehicle import Vehicle
 from alloc.vehicle.frame import axis_of, described, effect
@@ -71,17 +72,30 @@ def printed(
     }
 
 
+def returned(kernel: Recipe, made: Mapping[int, Program]) -> dict[int, str]:
+    """The statuses that the C of these programs may return, with the kernel's words for each."""
+    known = {NO_SUCH_FAULT}.union(*(program.statuses for program in made.values()))
+    return {status: meaning for status, meaning in kernel.meanings.items() if status in known}
+
+
 def programs(
     vehicle: Vehicle,
     kernel: Recipe,
     scalar: Scalar = "double",
     faults: Faults = "one",
     limits: Where = "fixed",
-) -> dict[int, Program]:
+) -> Mapping[int, Program]:
     """Programs of the whole vehicle, -1, and with each one thruster off.
 
     Of ``faults`` "all" one program is that of many; each has its own after which a direction is lost.
     """
+    return _programs(vehicle, kernel, scalar, faults, limits)
+
+
+@lru_cache(maxsize=2)  # header, source and page ask one after the other
+def _programs(
+    vehicle: Vehicle, kernel: Recipe, scalar: Scalar, faults: Faults, limits: Where
+) -> Mapping[int, Program]:
     variants = {-1: vehicle} | {i: vehicle.with_fault(i) for i in known_faults(vehicle, faults).tolist()}
     one = kernel.program_for_all(vehicle, limits, scalar) if faults == "all" else None
     together = one.faults if one and len(one.faults) > 1 else ()
@@ -118,7 +132,7 @@ def _header(
         f" {effect(axis, vehicle.frame)}"
         for i, axis in enumerate(vehicle.dof)
     )
-    returns = "\n".join(f" *   {status:2d}  {meaning}" for status, meaning in kernel.meanings.items())
+    returns = "\n".join(f" *   {status:2d}  {meaning}" for status, meaning in returned(kernel, made).items())
     return f"""\
 {IN_C}
 /* Thrust allocation for {in_comment(vehicle.name)} by {kernel.name}. {_by(made)}; do not edit.
@@ -200,7 +214,7 @@ int {name}({parameters(vehicle, scalar, limits, levels)})
     switch (fault) {{
 {chr(10).join(cases)}
     default:
-        return {STATUSES[-1]};
+        return {STATUSES[NO_SUCH_FAULT]};
     }}
 }}
 """

@@ -3,7 +3,7 @@
 from alloc.allocation import BoundedSteps
 from alloc.c.call import arguments, function_name, parameters
 from alloc.c.esc_code import EscCode
-from alloc.c.generate import known_faults
+from alloc.c.generate import known_faults, programs, returned
 from alloc.c.recipe import Recipe
 from alloc.c.volts import limits_at
 from alloc.formulations import find_formulation
@@ -56,7 +56,8 @@ def page(
     warning = (
         "" if allocator.limited else "\n**f may lie beyond these limits**: this method does not know them.\n"
     )
-    statuses = "\n".join(f"| {status} | {meaning} |" for status, meaning in kernel.meanings.items())
+    codes = returned(kernel, programs(vehicle, kernel, scalar, faults, limits))
+    statuses = "\n".join(f"| {status} | {meaning} |" for status, meaning in codes.items())
     return f"""\
 # {vehicle.name} by {kernel.name}, in C99
 

@@ -8,11 +8,13 @@ from alloc.c.helpers import CALLED, called
 from alloc.c.table import Table
 from alloc.program import Branch, DataLoop, Exit, Fence, Node, Program, Step, Write, every, named, operands
 
+NO_SUCH_FAULT = -1
+"""What a kernel returns for a fault that it has no code for."""
 STATUSES = {
     0: "TB_SOLVED",
     1: "TB_PARTIAL",
     2: "TB_INFEASIBLE",
-    -1: "TB_NO_SUCH_FAULT",
+    NO_SUCH_FAULT: "TB_NO_SUCH_FAULT",
     -2: "TB_NOT_FINITE",
 }
 """What C calls the statuses."""

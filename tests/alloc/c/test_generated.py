@@ -17,6 +17,7 @@ from alloc import NotApplicable, Status, Vehicle, build, load_vehicle
 from alloc import generate as files_of
 from alloc.c import cases, compiled, function_name, missing, selftest
 from alloc.c import sources as sources_of
+from alloc.c.statements import STATUSES
 from alloc.errors import DemandError, UnknownName
 from alloc.methods import recipe, recipes
 from alloc.program import Faults, Scalar, Where
@@ -166,6 +167,36 @@ def test_without_faults_a_fault_is_not_known_and_nothing_else_is_other(tmp_path)
     assert files_of(vehicle, "scaled", faults=True)["ukwial_scaled.c"] == one
 
 
+@pytest.mark.parametrize("limits", ["fixed", "call"])
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_header_and_page_list_the_statuses_that_the_source_returns(kernel: str, limits: Where) -> None:
+    for vehicle in (load_vehicle(SMALL), load_vehicle("supply-vessel")):
+        try:
+            files = files_of(vehicle, kernel, scalar="float", limits=limits)
+        except NotApplicable:  # walsh covers no vehicle of another shape
+            continue
+        name = function_name(vehicle, kernel, "float", limits)
+        header, source, page = (files[f"{name}.{kind}"] for kind in ("h", "c", "md"))
+        returned = {status for status, word in STATUSES.items() if re.search(rf"\b{word}\b", source)}
+        assert {int(each) for each in re.findall(r"^ \*   ([ -]\d)  ", header, re.M)} == returned
+        assert {int(each) for each in re.findall(r"^\| (-?\d) \|", page, re.M)} == returned
+        assert (2 in returned) == (kernel == "nullspace" or (limits == "call" and kernel in LIMITED))
+
+
+@pytest.mark.parametrize("faults", ["none", "one", "all"])
+@pytest.mark.parametrize("kernel", ["scaled", "pinv"])
+def test_a_fault_of_no_thruster_is_refused_and_leaves_f_alone(
+    kernel: str, faults: Faults, tmp_path: Path
+) -> None:
+    """Bits of a mask as much as numbers that count from 1."""
+    vehicle = load_vehicle(SMALL)
+    solve = kernel_of(vehicle, tmp_path, kernel, faults=faults)
+    for fault in (-(2**31), -2, vehicle.n, vehicle.n + 1, 31, 40, 2**31 - 1):
+        status, f = solve(np.zeros(vehicle.k), fault=fault)
+        assert status == UNKNOWN_FAULT
+        assert (f == 7.0).all()
+
+
 @pytest.mark.parametrize("kernel", EVERYWHERE)
 def test_every_vehicle_s_c_with_limits_of_the_call_agrees_with_python(vehicle, kernel, tmp_path) -> None:
     check_itself(vehicle, kernel, "double", "call", tmp_path)
@@ -267,9 +298,10 @@ def kernel_of(
     kernel: str = "nullspace",
     scalar: Scalar = "double",
     limits: Where = "fixed",
+    faults: Faults = "one",
 ):
     """The compiled kernel as a Python function (arrays…, fault) -> (status, f), f filled with 7 before."""
-    made = sources_of(vehicle, recipe(kernel), scalar, limits=limits)
+    made = sources_of(vehicle, recipe(kernel), scalar, faults, limits)
     library = ctypes.CDLL(str(compile_in(folder, made, "-O2", "-fPIC", "-shared")))
     solve = library[function_name(vehicle, kernel, scalar, limits)]
     dtype = np.float64 if scalar == "double" else np.float32
