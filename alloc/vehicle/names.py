@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from operator import index
 
 from alloc.errors import VehicleError, unknown
 
@@ -16,9 +17,13 @@ _COLUMN = re.compile(rf"[fu](\d{{1,{LONGEST}}})", re.IGNORECASE)
 def index_of(thruster: int | str, names: Sequence[str], n: int, vehicle: str) -> int:
     """Index of one of n thrusters, given by index or by name; raises VehicleError, with the ``vehicle``."""
     if not isinstance(thruster, str):
-        if not 0 <= thruster < n:
-            raise VehicleError(f"{vehicle}: there is no thruster {thruster}; count from 0 to {n - 1}")
-        return thruster
+        try:
+            i = -1 if isinstance(thruster, bool) else index(thruster)  # True would be thruster 1
+        except TypeError:
+            i = -1
+        if not 0 <= i < n:
+            raise VehicleError(f"{vehicle}: there is no thruster {thruster!s:.40}; count from 0 to {n - 1}")
+        return i
     if thruster and thruster in names:
         return names.index(thruster)
     if not any(names):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from alloc import Vehicle, load_vehicle
-from alloc.errors import VehicleError
+from alloc.errors import DemandError, VehicleError
 
 FOUR = Vehicle(
     name="four",
@@ -46,6 +46,16 @@ def test_readiness_is_set_not_multiplied() -> None:
 def test_a_fault_of_no_thruster_or_beyond_0_to_1_is_refused(thruster: int, readiness: float) -> None:
     with pytest.raises(VehicleError, match=r"no thruster|readiness"):
         FOUR.with_fault(thruster, readiness)
+
+
+@pytest.mark.parametrize("thruster", [True, np.True_, 1.0, np.float64(1.0), None, [1], np.array([0, 1])])
+def test_what_is_neither_index_nor_name_is_no_thruster(thruster: Any) -> None:
+    """True beside other numbers was thruster 1."""
+    with pytest.raises(VehicleError, match=r"there is no thruster .*; count from 0 to 3"):
+        FOUR.with_fault(thruster)
+    with pytest.raises(DemandError, match="there is no thruster"):
+        FOUR.limits(blocked=[thruster])
+    assert FOUR.with_fault(np.int64(1)).faults == ((1, 0.0),)
 
 
 @pytest.mark.parametrize(
