@@ -102,7 +102,8 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     weights : diagonal of H; a file gives this or H [1/N^2]
     H : rows of the (n, n) matrix of eq. 4 [1/N^2]
     slack_weights : (k,) diagonal of Q for the soft formulation
-    slew : how fast thrusts may change: one number, one for each thruster, or up and down apart [N/s]
+    slew : how fast thrusts may change: one number, one for each thruster, or up (towards f_max) and
+        down (towards f_min, as when one spins up astern) apart [N/s]
     volts : limits [f_min, f_max] by the battery's voltage [V], each one number or one for each thruster [N]
     esc : what stands between thrusts and the wire: one for all thrusters or one for each
     priority : the axes in levels, for a demand that can't be met: those of the first level are served first

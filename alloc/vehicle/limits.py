@@ -19,7 +19,7 @@ class Slew:
 
     Attributes
     ----------
-    up, down : (n,) largest rise and fall of each thrust [N/s]
+    up, down : (n,) largest rise and fall of each signed thrust [N/s]: one that spins up astern falls
     """
 
     up: FloatArray

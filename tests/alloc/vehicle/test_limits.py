@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from alloc import Vehicle, load_vehicle
 from alloc.errors import DemandError, VehicleError
 from alloc.vehicle.limits import Slew, VoltageTable
+from tests.places import DOCS
 
 T200 = load_vehicle("bluerov2-heavy")
 SLEW = Slew(up=np.full(8, 400.0), down=np.full(8, 100.0))
@@ -80,6 +81,13 @@ def test_slew_is_a_number_one_a_thruster_or_up_and_down_apart(
     low, high = with_keys(tmp_path, keys).limits(f_previous=[1.0, 2.0], dt=0.1)
     np.testing.assert_allclose(high, np.array([1.0, 2.0]) + up * 0.1)
     np.testing.assert_allclose(low, np.array([1.0, 2.0]) - down * 0.1)
+
+
+def test_a_thruster_that_spins_up_astern_goes_down_as_the_pages_say(tmp_path: Path) -> None:
+    low, high = with_keys(tmp_path, "slew: {up: 400, down: 100}").limits(f_previous=[-10.0, 10.0], dt=0.1)
+    np.testing.assert_allclose([low, high], [[-20.0, 0.0], [30.0, 50.0]])
+    assert "signed: spinning up astern is `down`" in (DOCS / "your-vehicle.md").read_text(encoding="utf-8")
+    assert "signed: what spins up astern goes `down`" in (DOCS / "limits.md").read_text(encoding="utf-8")
 
 
 def test_a_table_may_have_limits_of_each_thruster(tmp_path: Path) -> None:
