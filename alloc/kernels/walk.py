@@ -1,4 +1,4 @@
-"""The way towards a demand, level by level: ``alloc.reach.way`` with its tables written out as operations.
+"""Way towards a demand as part of a kernel: its start, and the steps along facets.
 
 On the way only the wrench T f counts, so f may lie beyond limits: a step of the wrench is any d with T d
 that step, and the margin along a facet is a sum over thrusters of what lies between f and a limit.
@@ -7,17 +7,53 @@ that step, and the margin along a facet is a sum over thrusters of what lies bet
 import numpy as np
 
 from alloc.allocation import BoolArray, FloatArray
-from alloc.kernels.departure import departure, largest, remaining
 from alloc.kernels.entry import TAU, Place, SeenArguments, cover
 from alloc.kernels.facets import alike, facet_pairs, steps_along
 from alloc.kernels.margins import FacetMargins, Ways
 from alloc.kernels.off import reachable
-from alloc.program import Builder, Expression, Number, Scalar, most, select, size
-from alloc.program.sums import Terms, dot, known, product, shared_sums, signed, snapped
+from alloc.program import Builder, Expression, Limits, Number, Scalar, most, select, size, within
+from alloc.program.sums import Terms, dot, gathered, known, product, shared_sums, signed, snapped
 from alloc.reach import edge
+from alloc.reach.edge import INSET, start
 from alloc.reach.way import Way, groups, pushes, step_maps
 from alloc.vehicle import Vehicle
 from alloc.vehicle.degeneracy import ROUNDED
+
+
+def departure(builder: Builder, limits: Limits) -> list[Number]:
+    """The thrusts f0 within limits (see ``alloc.reach.edge.start``)."""
+    vehicle = builder.vehicle
+    if limits.by_fault:
+        return [builder.graph.of_each(each) for each in start(*limits.by_fault).T]
+    if not limits.at_call:
+        return list(np.where(vehicle.readiness > 0, start(vehicle.f_min, vehicle.f_max), 0.0))
+    f: list[Number] = [0.0] * vehicle.n
+    for i in vehicle.working.tolist():
+        near = within(0.0, *limits.ends(i)).named(f"near{i}")
+        inset = (limits.crossing(i) * INSET).named(f"in{i}")
+        f[i] = (near + within(near, inset, -inset)).named(f"f{i}")
+    return f
+
+
+def largest(vehicle: Vehicle, f0: list[Number]) -> float:
+    """Size of the largest of these thrusts, whatever the limits of a call are [N]."""
+    return max(vehicle.f_scale if isinstance(f, Expression) else abs(f) for f in f0)
+
+
+def remaining(builder: Builder, f0: list[Number]) -> list[Expression]:
+    """tau - T f0."""
+    vehicle = builder.vehicle
+    fixed = vehicle.TP @ [0.0 if isinstance(f, Expression) else f for f in f0]
+    of_call = [f for f in f0 if isinstance(f, Expression)]
+    moving = vehicle.TP[:, [not known(f) for f in f0]]
+    rows = gathered(moving, of_call, "w") if of_call else [Terms() for _ in fixed]
+    found = []
+    for r, (terms, constant) in enumerate(zip(rows, fixed.tolist(), strict=True)):
+        left: Terms = [(False, builder.tau[r]), *((not minus, value) for minus, value in terms)]
+        left += [(constant > 0, builder.graph.constant(abs(constant)))] if constant else []
+        found.append(signed(left).named(f"n0_{r}"))
+    return found
+
 
 PARALLEL: dict[Scalar, float] = {"double": edge.PARALLEL, "float": 2e-6}
 EDGE: dict[Scalar, float] = {"double": edge.EDGE, "float": 4e-6}

@@ -34,7 +34,7 @@ class Target:
     scalars : precisions that proofs count it in and reports compare methods in: those of its FPU
     cpi : least and most cycles an instruction takes on average over a call
     basis : why these are assumed
-    goal : how many times the goals of ``bench.results.goals`` it may take; None where none were set
+    goal : multiple of ``bench.report.sections.emulation.GOALS`` that it may take; None where none were set
     board : options that tell driver and linker of the emulated board; empty under an operating system
     tick_ns : time of a tick of its SysTick [ns]
     callgrind : whether Valgrind counts, in place of QEMU's plugin; the count beside which all others stand

@@ -79,10 +79,8 @@ def _pictures(
     import matplotlib as mpl
 
     from alloc.lint.probe import probes
-    from bench.report.pictures.probe import sheet
-    from bench.report.pictures.sketch import sketch
+    from bench.report.pictures.sketch import sheet, sketch, thrust_curve
     from bench.report.pictures.style import SETTINGS
-    from bench.report.pictures.thrust_curve import thrust_curve
 
     target = picture or Path(f"{file.stem}.svg")
     with mpl.rc_context(SETTINGS):

@@ -83,8 +83,8 @@ def command(
     from bench.report.board import page as of_board
     from bench.report.sizes import page
     from bench.results.cycles import Cpi
-    from bench.results.fit import Loop
     from bench.results.machines import read_machines, sizes_of
+    from bench.results.size import Loop
     from bench.results.sizing import sizes
     from bench.results.transfer import transfer
 

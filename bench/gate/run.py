@@ -1,23 +1,150 @@
-"""One gate from end to end: prepare, answers, instructions, paired time, and again where in doubt."""
+"""Run a gate: answers, paired times on one core, instruction counts, verdict."""
 
 import random
+import shutil
+import subprocess
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from contextlib import ExitStack, closing, contextmanager
+from functools import cache
 from pathlib import Path
 from time import monotonic
 from types import MappingProxyType
 
-from bench.gate import environments, instructions, pairs, trees
-from bench.gate.cells import DEFAULT_CELLS, Demands
+from bench.gate import environments, trees
+from bench.gate.cells import DEFAULT_CELLS, Demands, load
 from bench.gate.examine import examine
 from bench.gate.prober import Prober
 from bench.gate.record import GateCell, GateRecord, GateSettings
-from bench.gate.side import Died, Refused, SourceTree
+from bench.gate.side import Died, Refused, Side, SourceTree
 from bench.gate.trees import BASE, HEAD, BadTree, Source
 from bench.gate.verdict import Outcome, has_moved, in_both, is_suspect, row, trips, verdict
 from bench.harness import machine
+from bench.harness.callgrind import CALLGRIND, totals
 from bench.results.text import counted
+
+PADDING = 4096
+"""Most bytes of environment that are added: they move the stack through one page, as another shell would."""
+
+
+def calibrate(cells: Sequence[GateCell], base: SourceTree, demands: Demands, settings: GateSettings) -> None:
+    """Choose each cell's rounds so that a block takes ``settings.block_ms`` on the base."""
+    with _ready(base, cells, demands, random.Random(settings.seed)) as side:
+        for cell in cells:
+            once = min(_block(side, cell, rounds=1) for _ in range(3))
+            cell.rounds = max(1, round(settings.block_ms * 1e6 / once))
+            cell.calls = cell.rounds * len(demands[cell.vehicle])
+
+
+def measure(
+    cells: Sequence[GateCell],
+    trees: tuple[SourceTree, SourceTree],
+    demands: Demands,
+    settings: GateSettings,
+    rng: random.Random,
+    deadline: float,
+) -> bool:
+    """Add ``settings.pairs`` pairs to each cell; False if the deadline came first.
+
+    A pair that runs when the deadline comes is finished, so all cells have equally many pairs.
+    """
+    core = machine.core()
+    for pair in range(settings.pairs):
+        if monotonic() > deadline:
+            return False
+        with ExitStack() as stack:
+            base, head = (stack.enter_context(_ready(tree, cells, demands, rng, core)) for tree in trees)
+            for cell in cells:
+                cell.pairs.append([])
+            for block in range(settings.blocks):
+                for cell in rng.sample(list(cells), len(cells)):
+                    # The order ABBA lets a drift over two blocks hit both sides alike. Where the number of
+                    # blocks is odd, the next pair starts with the other side.
+                    order = (base, head) if (pair + block) % 2 == 0 else (head, base)
+                    times = {side: _block(side, cell, cell.rounds) for side in order}
+                    cell.pairs[-1].append((times[base], times[head]))
+    return True
+
+
+def _block(side: Side, cell: GateCell, rounds: int) -> int:
+    """CPU time [ns] of ``rounds`` times round the demands of a cell's vehicle."""
+    return int(side.ask("block", cell=cell.name, vehicle=cell.vehicle, rounds=rounds))
+
+
+def _ready(
+    tree: SourceTree, cells: Sequence[GateCell], demands: Demands, rng: random.Random, core: int | None = None
+) -> Side:
+    side = Side(tree, hash_seed=rng.randrange(2**32), padding=rng.randrange(PADDING))
+    try:
+        load(side, cells, demands, core)
+    except BaseException:
+        side.close()
+        raise
+    return side
+
+
+ROUNDS = 2
+"""N calls go twice round the demands: counts repeat exactly, so more rounds would only take longer."""
+
+
+@cache
+def missing() -> str:
+    """Why instructions can't be counted here, with the remedy; empty where they can."""
+    if not shutil.which("valgrind"):
+        return "no instruction counts, the gate rests on time alone: valgrind is missing, install it"
+    return ""
+
+
+def count(
+    cells: Sequence[GateCell], trees: tuple[SourceTree, SourceTree], demands: Demands, hash_seed: int
+) -> None:
+    """Append (base, head) instructions per call to each cell; both sides are counted at once.
+
+    Raises Refused or Died as a ``Side`` does, for instance where a library uses instructions that valgrind
+    does not know.
+    """
+    started: list[Side] = []
+    with ThreadPoolExecutor(2) as pool:
+        counting = [pool.submit(_count, tree, cells, demands, hash_seed, started) for tree in trees]
+        try:
+            for side in wait(counting, return_when=FIRST_EXCEPTION).done:
+                side.result()
+        except BaseException:  # a side died, or Ctrl-C: the pool would wait a minute for the other side
+            for running in started:
+                running.kill()
+            raise
+    base, head = (side.result() for side in counting)
+    for cell, *pair in zip(cells, base, head, strict=True):
+        cell.instructions.append((pair[0], pair[1]))
+
+
+def _count(
+    tree: SourceTree, cells: Sequence[GateCell], demands: Demands, hash_seed: int, started: list[Side]
+) -> list[float]:
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "counts"
+        options = (f"--callgrind-out-file={out}", "--dump-before=getppid")
+        prefix = [*_fixed_addresses(), *CALLGRIND, *options]
+        with Side(tree, hash_seed=hash_seed, prefix=prefix, started=started) as side:
+            load(side, cells, demands, core=None)
+            for cell in cells:
+                side.ask("count", cell=cell.name, vehicle=cell.vehicle, rounds=ROUNDS)
+        counted = totals(out)[-3 * len(cells) :]
+    # Each cell has three profiles: everything before its calls, N calls, 2 N calls.
+    calls = [ROUNDS * len(demands[cell.vehicle]) for cell in cells]
+    return [(twice - once) / n for n, once, twice in zip(calls, counted[1::3], counted[2::3], strict=True)]
+
+
+@cache
+def _fixed_addresses() -> tuple[str, ...]:
+    # Without address space randomisation counts repeat to the last digit; some containers forbid to
+    # switch it off.
+    setarch = shutil.which("setarch")
+    if setarch and subprocess.run([setarch, "-R", "true"], capture_output=True).returncode == 0:
+        return (setarch, "-R")
+    return ()
+
 
 Tell = Callable[[str], None]
 
@@ -147,14 +274,14 @@ def _answers(record: GateRecord, both: tuple[SourceTree, SourceTree], patterns: 
 def _instructions(
     record: GateRecord, cells: Sequence[GateCell], both: tuple[SourceTree, SourceTree], demands: Demands
 ) -> None:
-    if missing := instructions.missing():
-        record.notes.append(missing)
+    if lacking := missing():
+        record.notes.append(lacking)
         return
     try:
-        instructions.count(cells, both, demands, hash_seed=0)
+        count(cells, both, demands, hash_seed=0)
         suspects = [cell for cell in cells if trips(cell.instructions[0])]
         if suspects:
-            instructions.count(suspects, both, demands, hash_seed=1)
+            count(suspects, both, demands, hash_seed=1)
     except (Died, Refused) as reason:
         record.notes.append(f"no instruction counts, the gate rests on time alone: under valgrind, {reason}")
 
@@ -169,19 +296,19 @@ def _time(
 ) -> None:
     settings = record.settings
     rng = random.Random(settings.seed)
-    pairs.calibrate(cells, both[0], demands, settings)
-    done = pairs.measure(cells, both, demands, settings, rng, deadline)
+    calibrate(cells, both[0], demands, settings)
+    done = measure(cells, both, demands, settings, rng, deadline)
     for _ in range(ATTEMPTS - 1):
         if not done or not any(cell.is_control and has_moved(row(cell, settings)) for cell in cells):
             break
         tell("time from the start: the machine moved, as cells tell that no commit can change")
         for cell in cells:
             cell.pairs.clear()
-        done = pairs.measure(cells, both, demands, settings, rng, deadline)
+        done = measure(cells, both, demands, settings, rng, deadline)
     suspects = [cell for cell in cells if cell.is_control or (done and is_suspect(cell, settings))]
     if done and any(not cell.is_control for cell in suspects):
         tell(f"time again, fresh pairs: {', '.join(c.name for c in suspects if not c.is_control)}")
-        done = pairs.measure(suspects, both, demands, settings, rng, deadline)
+        done = measure(suspects, both, demands, settings, rng, deadline)
     if not done:
         fewest = min(len(cell.pairs) for cell in cells)
         record.cut = (

@@ -5,8 +5,8 @@ from collections.abc import Collection
 from bench.results.bands import Band, bands
 from bench.results.cycles import PUBLISHED, Cpi, assumed
 from bench.results.emulated import rows, why_none
-from bench.results.fit import Loop
 from bench.results.rows import Run
+from bench.results.size import Loop
 from bench.results.text import table, three
 
 

@@ -7,8 +7,8 @@ from alloc.formulations import find_formulation
 from bench.record import BoardFacts, Emulated, Processor
 from bench.results.bands import Counted, counted
 from bench.results.emulated import by_name, rows, why_none
-from bench.results.fit import Loop
 from bench.results.rows import Run
+from bench.results.size import Loop
 from bench.results.text import percent, table, three
 
 ATTAINABLE = ("inactive", "active")

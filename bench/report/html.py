@@ -1,17 +1,218 @@
-"""report.html: an instrument in one file, with everything inside and nothing fetched."""
+"""Page report.html and its data: of each machine, vehicle and method its verdict at every limit.
+
+Single calls are multisets of times. Times repeat from method to method, so each is stored once, in ``times``,
+and a multiset is [place in ``times``, how often, distance to the next place, how often, …].
+"""
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from importlib.resources import files
 from string import Template
 from typing import Any
 
-from bench.report.data import data
+from alloc.formulations import find_formulation
+from alloc.vehicle.frame import described
+from bench.record import Capability
 from bench.report.document import INSTRUMENT, PICKS, prose, style
 from bench.report.pictures.style import FAMILIES
-from bench.results.machines import NamedRun
+from bench.report.readme import served
+from bench.report.verdict import loop_of, sure
+from bench.results.bands import Counted, counted, refusal_of
+from bench.results.columns import Row
+from bench.results.cycles import assumed
+from bench.results.emulated import rows as emulated_rows
+from bench.results.machines import NamedRun, emulated_name
+from bench.results.quantiles import Histogram, interval, merged
+from bench.results.ranking import largest_loss, largest_miss
+from bench.results.repeats import most, most_of_all
+from bench.results.rows import in_order
+from bench.results.size import CLOSE, Fit
+from bench.results.sizing import Pool, of_methods, pools
+
+
+def data(machines: Sequence[NamedRun]) -> dict[str, Any]:
+    """Everything that the page shows, as it is written into the page."""
+    times = sorted({ns for m in machines for row in m.run.rows for ns, _ in row.measured.singles} | {0})
+    place = {ns: i for i, ns in enumerate(times)}
+    found = [machine for m in machines for machine in _machine(m, place)]
+    pools = [pool for machine in found for method in machine["methods"] for pool in method["pools"]]
+    sets = {pool["demands"] for pool in pools} - {""}
+    titles = {method["formulation"]: method["title"] for machine in found for method in machine["methods"]}
+    return {
+        "close": CLOSE,
+        "fits": [str(fit) for fit in Fit],
+        "rate_hz": loop_of(*(m.run for m in machines)).rate_hz,
+        "times": times,
+        "sets": in_order(sets),
+        # What is not installed has none.
+        "formulations": {name: titles[name] for name in sorted(titles) if name},
+        "machines": found,
+        # An unknown frame, as of a record of counts alone, has no entry.
+        "frames": {p.vehicle: described(p.frame) for m in machines for p in m.run.record.problems},
+    }
+
+
+def _machine(machine: NamedRun, place: dict[float, int]) -> list[dict[str, Any]]:
+    """The machine that was timed, and each processor that was emulated."""
+    run = machine.run
+    found: list[dict[str, Any]] = []
+    if run.by_vehicle:
+        methods = of_methods(run)
+        of_all = pools(run, (own for rows in methods for own in (rows, *([row] for row in rows))))
+        found.append(
+            {
+                "name": machine.name,
+                "sure": f"was {sure(run)}",
+                "methods": [_method(machine, rows, of_all, place) for rows in methods],
+                "curves": {
+                    vehicle: _curves(capability)
+                    for vehicle in run.vehicles
+                    if (capability := run.capability(vehicle)) is not None
+                },
+            }
+        )
+    kernels = counted(emulated_rows(run.record.emulated))
+    known = assumed(run.record.processors)
+    for target in dict.fromkeys(kernel.target for kernel in kernels if kernel.target in known):
+        cpi = known[target]
+        found.append(
+            {
+                "name": emulated_name(target),
+                "sure": f"is counted exactly; {cpi.low:g} to {cpi.high:g} cycles an instruction are assumed"
+                " where no timing is published.",
+                "cpi": [cpi.low, cpi.high],
+                "methods": [_kernel(kernel) for kernel in kernels if kernel.target == target],
+            }
+        )
+    return found
+
+
+def _method(
+    machine: NamedRun, rows: Sequence[Row], pools: Iterator[Pool], place: dict[float, int]
+) -> dict[str, Any]:
+    """One method; the next of ``pools`` are those of all its rows, and of each."""
+    first, solver = rows[0], rows[0].described.solver
+    problem = machine.run.asked.get((first.vehicle, first.demands))
+    version = machine.run.record.header.versions.get(solver, "")
+    return {
+        "vehicle": first.vehicle,
+        "label": first.label,
+        "method": first.method,
+        "twin": first.described.twin,
+        "family": first.family,
+        "solver": f"{solver} {version}".strip(),
+        "formulation": first.formulation,
+        "title": first.title,
+        "unlimited": first.unlimited,
+        "steps": first.worst_case_steps,
+        "freedom": problem.nullity if problem else None,
+        "iterations": most(row.iterations_max for row in rows),
+        "memory_MB": most_of_all([row.peak_rss_MB for row in rows]),
+        "allocator_kB": _shown(most(row.allocator_bytes for row in rows), 1e-3),
+        "setup_us": _shown(most(row.setup_us for row in rows)),
+        "distance": _shown(most(row.distance_relative for row in rows)),
+        "promise": _shown(most(row.tolerance for row in rows)),
+        "served": served(machine.run, first.vehicle, first) if first.call_p50_us is not None else "",
+        "pools": [{"demands": "", **_pool(next(pools), rows), "lost": _shown(largest_miss(rows))}]
+        + [
+            {
+                "demands": row.demands,
+                **_pool(next(pools), [row]),
+                "singles": _packed(row.measured.singles, place),
+            }
+            for row in rows
+        ],
+    }
+
+
+def _pool(pool: Pool, rows: Sequence[Row]) -> dict[str, Any]:
+    """Measurements on some demand sets: all that the page shows but what it looks up by the limit.
+
+    ``verdicts`` holds [limit [us] from which it holds, fit, reason] one after the other; ``bounds`` the bound
+    on late calls [%] for a limit at each time of the single calls, as the table shows it.
+    """
+    seen = pool.seen
+    bounds = [_shown(pool.late(ns / 1000)[1], 100.0, 3) for ns, _ in pool.singles]
+    slowest = max(rows, key=lambda row: row.call_p50_us or 0.0)
+    return {
+        "exact": seen.exact,
+        "missing": seen.missing,
+        "refused": _shown(seen.refused),
+        "refusal": seen.refusal,
+        "picky": seen.picky,
+        "moving": seen.moving,
+        "lost": _shown(most(largest_loss(row) for row in rows)),
+        "p50": seen.p50_us,
+        "cpu": seen.cpu_us,
+        "p999": seen.p999_us,
+        "max": seen.max_us,
+        "calls": seen.calls,
+        "p50_range": [slowest.call_p50_low_us, slowest.call_p50_high_us],
+        "p999_range": _interval(merged(row.measured.singles for row in rows)),
+        "verdicts": pool.verdicts(),
+        "bounds": bounds,
+    }
+
+
+def _kernel(kernel: Counted) -> dict[str, Any]:
+    return {
+        "vehicle": kernel.vehicle,
+        "label": kernel.label,
+        "method": kernel.method,
+        "twin": kernel.twin,
+        "family": kernel.family,
+        "solver": kernel.solver,
+        "formulation": kernel.formulation,
+        "title": find_formulation(kernel.formulation).title,
+        "unlimited": not find_formulation(kernel.formulation).limited,
+        "exact": kernel.optimal,
+        "refusal": refusal_of(kernel.formulation),
+        "instructions": kernel.instructions,
+        "cpi": None if kernel.cycles is None else [cycles / kernel.instructions for cycles in kernel.cycles],
+        "wrong": "" if kernel.agrees else "not all answers are right",
+        "missed": ", ".join(kernel.missed),
+        "steps": None,
+        "memory_MB": None,
+        "served": "",
+        "pools": [],
+    }
+
+
+def _curves(capability: Capability) -> list[dict[str, Any]]:
+    return [
+        {
+            "method": curve.method,
+            "size": _rounded(curve.size),
+            "p50": _rounded(curve.error_p50),
+            "max": _rounded(curve.error_max),
+        }
+        for curve in capability.curves
+    ]
+
+
+def _packed(singles: Histogram, place: dict[float, int]) -> list[int]:
+    packed, before = [], 0
+    for ns, count in singles:
+        packed += [place[ns] - before, count]
+        before = place[ns]
+    return packed
+
+
+def _interval(singles: Histogram) -> list[float | None]:
+    ends = interval(singles, 0.999)
+    return [None, None] if ends is None else [end / 1000 for end in ends]
+
+
+def _shown(value: float | None, factor: float = 1.0, digits: int = 4) -> float | None:
+    """Four digits: one more than is shown."""
+    return None if value is None else float(f"{value * factor:.{digits}g}")
+
+
+def _rounded(values: Iterable[float]) -> list[float]:
+    return [round(value, 4) for value in values]
+
 
 SHAPES = ("circle", "square", "diamond", "triangle-up", "cross", "triangle-down", "triangle-right")
 """Marks of the families, for readers who can't tell their colours apart."""

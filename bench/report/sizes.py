@@ -4,10 +4,9 @@ from collections.abc import Mapping, Sequence
 from itertools import groupby
 
 from bench.report.verdict import rate_of, sure, verdicts, whose_rate
-from bench.results.fit import Fit, Loop
 from bench.results.machines import NamedRun, apart, on_all
 from bench.results.rows import Run
-from bench.results.size import Size, best_of_each
+from bench.results.size import Fit, Loop, Size, best_of_each
 from bench.results.text import percent, table, three
 from bench.results.transfer import Transfer
 

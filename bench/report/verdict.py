@@ -6,11 +6,9 @@ from itertools import groupby
 
 from bench.record import NO_VEHICLE
 from bench.results.emulated import IN_WORDS
-from bench.results.fit import Fit, Loop
-from bench.results.pauses import pauses
 from bench.results.rows import Run
-from bench.results.size import Size, best_of_each
-from bench.results.sizing import sizes
+from bench.results.size import Fit, Loop, Size, best_of_each
+from bench.results.sizing import pauses, sizes
 from bench.results.text import cut, percent, three
 
 USUAL = Loop(rate_hz=100.0, budget=0.1)

@@ -9,10 +9,9 @@ from alloc.formulations.hard import FORMULATION as HARD
 from bench.record import Emulated
 from bench.results.cycles import PUBLISHED, Cpi, share
 from bench.results.emulated import REFERENCE, EmulatedRow
-from bench.results.fit import Fit, Loop
-from bench.results.size import Size, ordered
+from bench.results.size import Fit, Loop, Size, ordered
+from bench.results.sizing import refuses
 from bench.results.text import three
-from bench.results.unfit import refuses
 
 USUAL_SCALAR = "double"
 """Precision that a label leaves out: Python's own."""

@@ -14,8 +14,7 @@ from bench.record import Cell, Method
 from bench.record.schema import machine_name
 from bench.results.judgements import Judgements, Worst
 from bench.results.quantiles import merged, quantile, total
-from bench.results.repeats import most
-from bench.results.times import calls, end_ns, middle, tail_ns, us
+from bench.results.repeats import calls, end_ns, middle, most, tail_ns, us
 
 
 @dataclass(frozen=True)

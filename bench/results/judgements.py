@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from alloc.vehicle.geometry import DOF, MOMENTS
 from bench.record import FARTHER, Judged
-from bench.results.repeats import Repeats, most
-from bench.results.times import calls
+from bench.results.repeats import Repeats, calls, most
 
 
 class Worst(property):

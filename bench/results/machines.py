@@ -13,10 +13,9 @@ from bench.results.bands import as_sizes, bands
 from bench.results.columns import Row
 from bench.results.cycles import Cpi, assumed
 from bench.results.emulated import rows
-from bench.results.fit import Loop
 from bench.results.ranking import best, own_without_time
 from bench.results.rows import Run, read_run
-from bench.results.size import Size, ordered, worst
+from bench.results.size import Loop, Size, ordered, worst
 from bench.results.sizing import sizes
 
 SAME = 1e-6

@@ -1,20 +1,91 @@
-"""A run as reports see it: the record's cells gathered into rows, one for each line of results.csv."""
+"""Rows of a run: the record's cells gathered, one row for each line of results.csv, with disturbances."""
 
 from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from statistics import median
+from typing import Any, NamedTuple
 
+import numpy as np
 from msgspec.structs import replace
+from numpy.typing import NDArray
 
 from bench.record import NO_VEHICLE, Capability, Cell, Header, Key, Method, Problem, Record, Worker, read
 from bench.results.columns import Row
-from bench.results.disturbance import canary_median_ns, disturbances
 from bench.results.quantiles import Histogram, merged, quantile
 from bench.results.repeats import Repeats
-from bench.results.samples import RowSamples, samples
+
+INTERRUPTED_SHARE = 0.1
+"""Share of batches that may have an involuntary switch: up to one in ten does not move their median."""
+STEAL_TICKS = 2
+"""Ticks of 10 ms taken by the hypervisor that disturb; a single tick may be the clock's own rounding."""
+SLOWEST_SHARE = 0.9
+"""Lowest clock frequency over the highest; a lower ratio means a governor or a hot core."""
+DRIFT = 0.1
+"""Change of the fixed canary against the run's median; between processes it repeats within 2 %."""
+
+
+def canary_median_ns(record: Record) -> float | None:
+    """Median time of the run's fixed canary [ns], None without one."""
+    times = [cell.canary_ns for cell in record.cells if cell.canary_ns is not None]
+    return float(median(times)) if times else None
+
+
+def disturbances(cells: Iterable[Cell], usual_canary_ns: float | None, cores: int | None) -> tuple[str, ...]:
+    """Names of what disturbed any of the cells; empty where the machine was quiet."""
+    names = (name for cell in cells for name in _disturbances(cell, usual_canary_ns, cores))
+    return tuple(dict.fromkeys(names))
+
+
+def _disturbances(cell: Cell, usual_canary_ns: float | None, cores: int | None) -> list[str]:
+    quiet, names = cell.quiet, []
+    interrupted = sum(batch.switches > 0 for batch in cell.batches)
+    if interrupted > INTERRUPTED_SHARE * len(cell.batches):
+        names.append("involuntary switches")
+    if usual_canary_ns and cell.canary_ns and abs(cell.canary_ns / usual_canary_ns - 1) > DRIFT:
+        names.append("canary drift")
+    if quiet is None:
+        return names
+    if (quiet.steal_ticks or 0) >= STEAL_TICKS:
+        names.append("steal")
+    if quiet.throttled:
+        names.append("throttled")
+    if quiet.mhz and min(quiet.mhz) < SLOWEST_SHARE * max(quiet.mhz):
+        names.append("frequency")
+    if quiet.load is not None and cores and quiet.load > cores:
+        names.append("load")
+    return names
+
+
+class RowSamples(NamedTuple):
+    """Times of all repeats of a row; B batches of calls, and S calls that were timed singly.
+
+    Attributes
+    ----------
+    repeat : (B,) which repeat measured each batch, counted from 0
+    calls : (B,) calls in each batch
+    wall_ns, cpu_ns : (B,) time that each batch took, by the clock and of the thread's own CPU time [ns]
+    single_ns : (S,) time of each single call [ns], sorted; records keep it in bins 2 % wide
+    """
+
+    repeat: NDArray[np.int64]
+    calls: NDArray[np.int64]
+    wall_ns: NDArray[np.int64]
+    cpu_ns: NDArray[np.int64]
+    single_ns: NDArray[np.int64]
+
+
+def samples(row: Row) -> RowSamples:
+    """Measured times of a row, before any statistics."""
+    batches = [
+        (i, b.calls, b.wall_ns, b.cpu_ns) for i, cell in enumerate(row.measured.cells) for b in cell.batches
+    ]
+    repeat, calls, wall_ns, cpu_ns = np.array(batches, np.int64).reshape(-1, 4).T
+    times, counts = np.array(row.measured.singles, np.int64).reshape(-1, 2).T
+    return RowSamples(repeat, calls, wall_ns, cpu_ns, np.repeat(times, counts))
+
 
 SETS = ("active", "inactive", "boundary", "infeasible", "box", "axes", "mission")
 """Order of demand sets in tables. The first set that a vehicle has represents it in pictures."""

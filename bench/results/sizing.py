@@ -1,4 +1,4 @@
-"""Fit of methods to a control rate: times, late calls, and a verdict."""
+"""Fit of methods to a control rate: times, late calls, refusals, and a verdict."""
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -9,17 +9,166 @@ from math import inf
 from operator import itemgetter
 from statistics import fmean
 
+from alloc.formulations import find_formulation
 from bench.record import NO_VEHICLE, SERVED_WITHIN, Problem
 from bench.results.columns import Row
-from bench.results.fit import LATE_SHARE, Fit, Loop
-from bench.results.pauses import Pauses, pauses, whose
-from bench.results.quantiles import Histogram, Tally, late_bound, merged, quantile, total
-from bench.results.ranking import exact, largest_miss
+from bench.results.quantiles import Histogram, Tally, late_bound, merged, quantile, ranked, total
+from bench.results.ranking import exact, largest_miss, objection, right
 from bench.results.repeats import most_of_all
 from bench.results.rows import Run
-from bench.results.size import Size, ordered
+from bench.results.size import LATE_SHARE, Fit, Loop, Size, ordered
+from bench.results.text import counted, percent, three
 from bench.results.transfer import Transfer
-from bench.results.unfit import MISSES, refusal, refuses, unfit
+
+WEAK = 0.25
+"""Share of its wrench that a method must not leave out of most demands that can be met [-]. Closed forms
+leave out less, even of demands that were drawn to lie beyond what they serve."""
+
+
+UNMET = "what can't be met"
+MISSES = ("some of what can be met", f"{percent(WEAK)} and more of most demands that can be met")
+"""In words, what a method refuses that it should not."""
+
+
+def unfit(rows: Sequence[Row]) -> str:
+    """Why a method on these rows has no time at all: not measured, or wrong; empty where it has one."""
+    for row in rows:
+        if row.failed:
+            return f"{row.demands}: {row.failed.status}, {row.failed.reason}"
+    for row in rows:
+        if reason := wrong(row):
+            return reason
+    return ""
+
+
+def refusal(row: Row, problem: Problem | None) -> tuple[float, str]:
+    """The share of a log or mission that got no wrench, and in words what got none; 0 and empty for nothing.
+
+    Of a log that was not asked whole it is the share that can't be met, for methods that refuse those. Of
+    demands that were drawn to be beyond what the vehicle can do, or about the moment at which a mission comes
+    to that, a share would say nothing. A method that refuses is named as such of a log that is met, too: the
+    next dive may ask for more. One that delivers nothing of a demand that can be met, or WEAK shares of most,
+    counts as one that refuses all.
+    """
+    refused, words = _refused(row, problem)
+    judged = row.measured.judged
+    if max((each.missed_p50 or 0.0 for each in judged), default=0.0) >= WEAK:
+        return 1.0, MISSES[1]
+    missed = max((each.missed_max or 0.0 for each in judged), default=0.0)
+    return (1.0, MISSES[0]) if missed >= 1 and not refused else (refused, words)
+
+
+def _refused(row: Row, problem: Problem | None) -> tuple[float, str]:
+    answered = row.answered_share
+    if answered is None:
+        return 0.0, ""
+    refused, run = 1 - answered, max(judged.refused_longest for judged in row.measured.judged)
+    crossed = ""
+    if problem is not None and any(cell.limited for cell in row.measured.cells):
+        n = max(problem.n_demands, 1)
+        crossed = "limits that cross" if problem.crossed or problem.crossed_asked else ""
+        # Nobody can keep those, so to refuse them is no less than to answer them. Shares are rounded.
+        refused = max(0, round(refused * n) - problem.crossed_asked) / n
+        run = min(run, problem.beyond_longest) if problem.crossed_asked else run
+    if problem is not None and problem.left_out and refuses(row.formulation):  # then more than was asked
+        refused = problem.beyond / (problem.n_demands + problem.left_out)
+        run = problem.beyond_longest
+    in_time = problem is not None and (problem.given or problem.rate_hz is not None)  # a log or a mission
+    nothing = max(judged.nothing_share for judged in row.measured.judged) if in_time else 0.0
+    if not refused + nothing:
+        words = UNMET if in_time and refuses(row.formulation) else ""
+        return 0.0, f"{words}, and {crossed}" if words and crossed else words or crossed
+    if problem is None or not in_time:
+        return 0.0, UNMET
+    refused += nothing
+    if not problem.given:
+        return refused, f"some of {row.demands} by giving nothing" if nothing else f"{UNMET} of {row.demands}"
+    words = f"{percent(refused)} of {row.demands}'s demands{' by giving nothing' if nothing else ''}"
+    if run and problem.rate_hz:
+        words += f", up to {three(run / problem.rate_hz)} s at a stretch"
+    elif run:
+        words += f", up to {counted(run, 'demand')} in a row"
+    return refused, f"{words}, and {crossed}" if crossed else words
+
+
+def refuses(formulation: str) -> bool:
+    """True if methods of that formulation give no thrusts where a demand can't be met."""
+    known = find_formulation(formulation)
+    return known.optimal and known.way is None and not known.gives_way
+
+
+def wrong(row: Row) -> str:
+    """Why a row's answers rule out a verdict on its time; empty where they are right, or there are none."""
+    if row.failed or right(row):
+        return ""
+    return f"a wrong answer has no time; {row.demands}: {objection(row)}"
+
+
+CHANCE = 1e-3
+"""Probability below which as many late calls are no chance, were they the machine's. A run sizes hundreds of
+methods, and pauses come in bursts, so one in twenty would blame a method in every run."""
+
+
+@dataclass(frozen=True)
+class Pauses:
+    """By how much fixed work (``noop`` and the canaries) took longer than its own median.
+
+    Attributes
+    ----------
+    excess : [(time beyond the median [ns], how often), …] of all calls beyond it, sorted
+    exposure_ns : time of all calls of fixed work together [ns]
+    """
+
+    excess: Histogram
+    exposure_ns: float
+
+    def late(self, limit_us: float, p50_us: float) -> int:
+        """How many of them would have made a call late that takes ``p50_us`` [us]."""
+        return self._tally.later(limit_us, p50_us)
+
+    @cached_property
+    def _tally(self) -> Tally:
+        return Tally(self.excess)
+
+
+def pauses(run: Run) -> Pauses:
+    """The pauses that a run's yardsticks show."""
+    excess: list[Histogram] = []
+    exposure = 0.0
+    for row in run.rows:
+        # NAME_esc on a board allocates nothing either, but is asked this and that: its work is not fixed.
+        fixed = row.described.yardstick and not row.measured.cells[0].worst
+        if row.measured.singles and (fixed or row.vehicle == NO_VEHICLE):
+            median = ranked(row.measured.singles, total(row.measured.singles) / 2)
+            excess.append([(ns - median, count) for ns, count in row.measured.singles if ns > median])
+            exposure += sum(ns * count for ns, count in row.measured.singles)
+    return Pauses(merged(excess), exposure)
+
+
+def whose(
+    singles: Tally, late: int, limit_us: float, p50_us: float, steps: int | None, pauses: Pauses
+) -> str:
+    """Why the late calls are the machine's, in words; empty where they may be the method's own.
+
+    They are the machine's where the method's ``steps`` are bounded, and either all of them fit the limit even
+    if each took as long as a median call, or just one call was late: the same demands were asked many times.
+    Else they are the machine's where they are rare, at most LATE_SHARE of all, and fixed work was held up as
+    long, as often in the time that it took: of all pauses that long, binomially as many hit the method as its
+    calls' share of the time, and this many or more have at least the probability CHANCE. Without one such
+    pause of fixed work nothing is excused.
+    """
+    from scipy.special import betainc
+
+    if not late:
+        return ""
+    if steps and (late == 1 or steps * p50_us <= limit_us):
+        return "its steps are bounded, so the machine was late"
+    if late > LATE_SHARE * singles.calls or not (seen := pauses.late(limit_us, p50_us)):
+        return ""
+    share = singles.took_ns / (singles.took_ns + pauses.exposure_ns)
+    return (
+        "fixed work was late as often, so the machine was" if betainc(late, seen + 1, share) >= CHANCE else ""
+    )
 
 
 def sizes(run: Run, loop: Loop, transfer: Transfer | None = None, demands: str = "") -> list[Size]:

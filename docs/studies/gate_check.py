@@ -15,7 +15,7 @@ from pathlib import Path
 from time import monotonic
 from typing import NamedTuple
 
-from bench.gate.instructions import missing
+from bench.gate.run import missing
 from bench.gate.verdict import Outcome
 from injection import CLOSED_FORMS, delete_method, scale_thrusts, slow_down, statement_ns
 

@@ -17,9 +17,9 @@ from statistics import fmean
 
 from click.testing import CliRunner
 
-import bench.report.goals
 from bench.__main__ import cli
 from bench.record import Record, read
+from bench.report.sections import emulation
 from bench.results.emulated import EmulatedRow, rows
 from bench.results.text import table
 
@@ -38,7 +38,7 @@ ASKED = ("inactive", "active", "infeasible")
 def goals() -> str:
     """What was asked of each kernel, and what was counted."""
     record = read(EMULATED)
-    return bench.report.goals.goals(rows(record.emulated), record.processors)
+    return emulation.goals(rows(record.emulated), record.processors)
 
 
 def ratios() -> str:

@@ -1,4 +1,4 @@
-// What `thrustbench size` says, looked up in tables that bench/report/data.py wrote; a test holds it to that.
+// What `thrustbench size` says, looked up in tables that bench/report/html.py wrote; a test holds it to that.
 "use strict";
 
 const data = JSON.parse(document.getElementById("data").textContent);

@@ -1,16 +1,21 @@
-"""A drawing of a vehicle: top, side and front view, arrows along positive thrust, names and limits.
+"""Pictures for `thrustbench check`: the vehicle, its probe table, and the thrust curve of an ESC.
 
 The views are the same in every frame; their axes have the signs of the vehicle's own.
 """
 
+import textwrap
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 from alloc import Vehicle
 from alloc.allocation import FloatArray
+from alloc.lint.probe import Probe
+from alloc.vehicle.esc import Esc
 from alloc.vehicle.frame import TURN, described
 from alloc.vehicle.poses import Mounting
 from bench.report.pictures.labels import label_points
@@ -177,3 +182,77 @@ def _together(points: FloatArray, near: float) -> list[tuple[FloatArray, list[in
         else:
             groups.append((point, [i]))
     return groups
+
+
+COLUMNS = (0.0, 0.22, 0.32, 0.66, 0.94)
+"""Left edges of the columns: thruster, thrust, words, numbers, boxes."""
+WIDTHS = (22, 10, 44, 34)
+"""Letters of a line in each column but the last."""
+
+
+def sheet(vehicle: Vehicle, found: Sequence[Probe]) -> Figure:
+    """The figure, to be made and saved within the settings of ``style``."""
+    rows = [(p.thruster, f"{p.thrust:+.3g} N", p.words, p.numbers) for p in found]
+    cells = [
+        [textwrap.wrap(text, width) or [""] for text, width in zip(row, WIDTHS, strict=True)] for row in rows
+    ]
+    heights = [max(map(len, row)) + 0.7 for row in cells]
+    total = 4.5 + sum(heights)
+    figure = Figure(figsize=(9, 0.19 * total))
+    figure.set_layout_engine("none")  # everything has its place below
+    axes = figure.add_axes((0.04, 0.02, 0.93, 0.96))
+    axes.axis("off")
+    axes.set_xlim(0, 1)
+    axes.set_ylim(total, 0)
+    axes.text(0, 0.6, f"{vehicle.name}: each thruster alone, a tenth of its thrust", fontsize=11, va="center")
+    axes.text(0, 1.9, f"frame {described(vehicle.frame)}", fontsize=8, color=GREY, va="center")
+    header = ("thruster", "thrust", "what it should do", "in its frame", "yes")
+    for x, text in zip(COLUMNS, header, strict=True):
+        axes.text(x, 3.4, text, fontsize=8, color=GREY, va="center")
+    y = 4.2
+    for row, height in zip(cells, heights, strict=True):
+        axes.plot([0, 1], [y, y], color=FAINT, linewidth=0.8)
+        for x, lines in zip(COLUMNS, row, strict=False):
+            axes.text(x, y + 0.35, "\n".join(lines), fontsize=8.5, color=INK, va="top", linespacing=1.25)
+        box = Rectangle((COLUMNS[-1], y + 0.35), 0.018, 0.8, fill=False, edgecolor=INK, linewidth=1)
+        axes.add_patch(box)
+        y += height
+    return figure
+
+
+def thrust_curve(vehicle: Vehicle) -> Figure:
+    """One panel for each ESC of the vehicle that differs from the others."""
+    thrusters: dict[Esc, list[str]] = {}
+    for i, esc in enumerate(vehicle.esc):
+        thrusters.setdefault(esc, []).append(vehicle.called(i))
+    figure = Figure((8.4, 3.2 * len(thrusters) + 0.6))
+    panels = figure.subplots(len(thrusters), 1, squeeze=False)[:, 0]
+    for axes, (esc, names) in zip(panels, thrusters.items(), strict=True):
+        own = [i for i, other in enumerate(vehicle.esc) if other is esc]
+        ends = float(vehicle.f_min[own].min()), float(vehicle.f_max[own].max())
+        _panel(axes, esc, ends)
+        if len(thrusters) > 1:
+            axes.set_title(", ".join(names), loc="left")
+    figure.suptitle(f"{vehicle.name}: thrust of a command", x=0.01, ha="left", fontsize=10)
+    return figure
+
+
+def _panel(axes: Axes, esc: Esc, ends: tuple[float, float]) -> None:
+    u = 2 * esc.neutral - esc.command if esc.reversed else esc.command
+    # The voltage that calls take where they name none stands out.
+    chosen = esc.nominal if np.isfinite(esc.nominal) else esc.volts[0]
+    for volts, f in zip(esc.volts, esc.curve, strict=True):
+        nominal = volts == chosen or len(esc.volts) == 1
+        axes.plot(u, f, color=BLUE if nominal else GREY, linewidth=1.6 if nominal else 0.8)
+        if np.isfinite(volts):
+            axes.annotate(f"{volts:g} V", (u[-1], f[-1]), color=INK, fontsize=7)
+    still = u[(esc.at(np.array([chosen]))[0] == 0)]
+    dead = still.size > 0 and still.min() < still.max()  # else the curve is zero at neutral alone
+    if dead:
+        axes.axvspan(float(still.min()), float(still.max()), facecolor=FAINT)
+    for end in ends:
+        axes.axhline(end, color=VERMILION, linestyle="--", linewidth=0.8)
+    axes.axhline(0.0, color=INK, linewidth=0.5)
+    shaded = "; shaded: the dead band" if dead else ""
+    axes.set_xlabel(f"command, {esc.low:g} to {esc.high:g} by {esc.step:g}{shaded}")
+    axes.set_ylabel("thrust [N]; dashed: limits")

@@ -1,14 +1,134 @@
-"""Report section: instructions of the generated C on emulated processors; no times."""
+"""Report section: instructions of the generated C on emulated processors, and its goals; no times."""
 
 from collections.abc import Sequence
-from itertools import groupby
+from itertools import groupby, product
 
-from bench.report.goals import goals
-from bench.report.microcontroller import microcontroller
+from bench.record import Processor
 from bench.results.cycles import PUBLISHED, assumed
-from bench.results.emulated import IN_WORDS, REFERENCE, EmulatedRow, rows, shown_scalar
+from bench.results.emulated import IN_WORDS, REFERENCE, EmulatedRow, by_name, rows, shown_scalar
 from bench.results.rows import Run
 from bench.results.text import plain, table, three
+
+FORMS = {"fixed": "fixed limits", "call": "limits of each call"}
+"""The form of limits in the C, in words."""
+SEARCH, BOUNDARY = "search", "boundary"
+
+
+def microcontroller(rows: Sequence[EmulatedRow], processors: Sequence[Processor]) -> str:
+    """Tables of what each method costs at worst and how often it is wrong; empty where no solver was counted.
+
+    One for each microcontroller, in the precisions of its FPU.
+
+    The most that any call took on each vehicle, a search included for this project's C; flash, RAM and stack
+    of the vehicle that takes most; wrong verdicts and the largest distance over all vehicles. A vehicle on
+    which no solver was counted is left out, or sizes would not compare.
+    """
+    parts = []
+    boards = [(one.name, each) for one in by_name(processors) if one.microcontroller for each in one.scalars]
+    for (target, scalar), (limits, said) in product(boards, FORMS.items()):
+        own = [
+            row for row in rows if _of(row) == (target, scalar, limits, "one") and row.emulated.instructions
+        ]
+        shared = {row.emulated.vehicle for row in own if row.emulated.solver}
+        if shared:
+            alike = [row for row in own if row.emulated.vehicle in shared]
+            board = plain(f"{target}, {scalar}")
+            parts += [f"### {board}, {said}: the most instructions of a call\n", _table(alike)]
+    if not parts:
+        return ""
+    note = (
+        "A verdict is wrong where it is not that of the same method in Python off the boundary of what can be"
+        " met; for a solver's C, where a demand can be met and got no thrusts, or can't be met and was called"
+        " met. Farthest is the largest distance from the same method in Python, for a solver the optimum,"
+        " over the largest limit. `pinv` knows no limits. Flash of this project's C has the tables for every"
+        " single failed thruster; a solver's C knows no failure. docs/rivals.md says more.\n"
+    )
+    return "\n".join(["## Which method on a microcontroller\n", note, *parts])
+
+
+def _of(row: EmulatedRow) -> tuple[str, ...]:
+    return row.emulated.target, row.emulated.scalar, row.emulated.limits, row.emulated.faults
+
+
+def _table(rows: Sequence[EmulatedRow]) -> str:
+    vehicles = list(dict.fromkeys(row.emulated.vehicle for row in rows))
+    by_method: dict[str, list[EmulatedRow]] = {}
+    for row in rows:
+        by_method.setdefault(row.emulated.method, []).append(row)
+    lines = []
+    for method, own in sorted(by_method.items(), key=lambda item: _most_instructions(item[1])):
+        worst = [
+            _most_instructions([row for row in own if row.emulated.vehicle == name]) for name in vehicles
+        ]
+        sizes = [max(getattr(row.emulated, name) or 0 for row in own) for name in _SIZES]
+        asked = [row for row in own if row.emulated.demands not in (SEARCH, BOUNDARY)]
+        wrong = sum(row.emulated.other_verdicts for row in asked)
+        farthest = max(row.emulated.distance_rel_max or 0.0 for row in own)
+        verdicts = f"{wrong} of {sum(row.calls for row in asked)}"
+        counts = [*(str(each or "") for each in worst), *map(str, sizes)]
+        lines.append([method, *counts, verdicts, three(farthest)])
+    headers = ("method", *vehicles, "flash [B]", "RAM [B]", "stack [B]", "wrong verdicts", "farthest")
+    return table(headers, lines)
+
+
+_SIZES = ("flash_bytes", "ram_static_bytes", "stack_bytes")
+
+
+def _most_instructions(rows: Sequence[EmulatedRow]) -> int:
+    return max((row.worst or 0 for row in rows), default=0)
+
+
+GOALS = (
+    ("ukwial", "nullspace@native", 180),
+    ("bluerov2-heavy", "nullspace@native", 430),
+    ("nautilus", "nullspace@native", 430),
+    ("subjugator8", "nullspace@native", 430),
+    ("box8", "nullspace@native", 1200),
+    ("supply-vessel", "nullspace@native", 1400),
+    ("ukwial", "pinv@native", 35),
+    ("bluerov2-heavy", "pinv@native", 75),
+    ("supply-vessel", "pinv@native", 35),
+)
+"""Vehicle, method, and the most instructions of a call; a processor may take ``goal`` times as many."""
+STACK_BYTES = 200
+"""Most stack that a call may write."""
+
+
+def goals(rows: Sequence[EmulatedRow], processors: Sequence[Processor]) -> str:
+    """Table of the goals and the counts, for kernels that were counted; a missed goal is marked."""
+    boards = [(one, scalar) for one in by_name(processors) if one.goal for scalar in one.scalars]
+    by_kernel: dict[tuple[str, ...], list[EmulatedRow]] = {}
+    for row in rows:
+        kernel = row.emulated
+        if (kernel.limits, kernel.faults) != ("fixed", "one"):
+            continue
+        key = (kernel.vehicle, kernel.method, kernel.target, kernel.scalar)
+        by_kernel.setdefault(key, []).append(row)
+    lines = []
+    for vehicle, method, most in GOALS:
+        cells = [
+            _counted(by_kernel.get((vehicle, method, one.name, scalar), []), (one.goal or 0.0) * most)
+            for one, scalar in boards
+        ]
+        if any(any(cell) for cell in cells):
+            lines.append([vehicle, method, str(most), *(text for cell in cells for text in cell)])
+    headers = ["vehicle", "method", "at most"]
+    for one, scalar in boards:
+        headers += [f"{one.name} {scalar}", f"stack [B], {STACK_BYTES} at most"]
+    return table(headers, lines) if lines else ""
+
+
+def _counted(rows: Sequence[EmulatedRow], most: float) -> tuple[str, str]:
+    counted = [row for row in rows if row.worst is not None]
+    if not counted:
+        return "", ""
+    worst = max(row.worst or 0 for row in counted)
+    stack = max(row.emulated.stack_bytes or 0 for row in counted)
+    return _marked(worst, most), _marked(stack, STACK_BYTES)
+
+
+def _marked(value: int, most: float) -> str:
+    return str(value) if value <= most else f"{value}, missed"
 
 
 def summary(run: Run) -> str:

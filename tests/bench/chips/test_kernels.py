@@ -35,7 +35,7 @@ from bench.demands.near_degenerate import edge_demands, numbered
 from bench.proof import subject
 from bench.proof.worst import worst_path
 from bench.record import Emulated, read
-from bench.results.goals import GOALS, STACK_BYTES
+from bench.report.sections.emulation import GOALS, STACK_BYTES
 from tests.emulators import available
 from tests.places import ROOT
 from tests.vehicle_files import torpedo

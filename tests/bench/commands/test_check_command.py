@@ -20,8 +20,7 @@ from alloc.vehicle.frame import TURN
 from alloc.vehicle.poses import Mounting, poses
 from alloc.vehicle.read import find_file, read_document
 from bench.__main__ import cli
-from bench.report.pictures.probe import sheet
-from bench.report.pictures.sketch import LONG_ARROW, sketch
+from bench.report.pictures.sketch import LONG_ARROW, sheet, sketch
 from bench.report.pictures.style import SETTINGS
 from tests.alloc.vehicle.test_columns import TIBURON
 

@@ -13,7 +13,7 @@ from click.testing import CliRunner, Result
 
 import gate_check
 from bench.commands.gate import command
-from bench.gate import instructions
+from bench.gate import run
 from injection import CLOSED_FORMS, delete_method, scale_thrusts, slow_down
 
 FEW = ("--pairs", "2", "--no-instructions")
@@ -111,7 +111,7 @@ def mixed(tmp_path_factory: pytest.TempPathFactory) -> str:
     mine.write_text('"""Mine."""\nfrom alloc.methods.pinv import FORMULATION, build\n')
     options = ("--instructions", "--plugin", str(mine), "--cells", "ukwial:mine", "--cells", "ukwial:another")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(instructions, "missing", lambda: "valgrind is missing, install it")
+        patch.setattr(run, "missing", lambda: "valgrind is missing, install it")
         return gate(tree, add, *options).stdout
 
 

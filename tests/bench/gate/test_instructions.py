@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from bench.gate import instructions
+from bench.gate import run
 from bench.gate.record import GateCell
 from bench.gate.side import Died, SourceTree
 
@@ -39,9 +39,9 @@ def test_counting_stops_on_both_sides_when_one_side_dies(
         def __exit__(self, *_: object) -> None:
             pass
 
-    monkeypatch.setattr(instructions, "Side", Counting)
+    monkeypatch.setattr(run, "Side", Counting)
     cells = [GateCell(vehicle="control", method=str(i)) for i in range(100)]
     both = SourceTree(tmp_path / "base"), SourceTree(tmp_path / "head")
     with pytest.raises(Died):
-        instructions.count(cells, both, {"control": [[0.0]]}, hash_seed=0)
+        run.count(cells, both, {"control": [[0.0]]}, hash_seed=0)
     assert len(counted) < len(cells) / 2

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from bench.gate import pairs
+from bench.gate import run
 from bench.gate.cells import controls
 from bench.gate.record import GateSettings
 from bench.gate.side import SourceTree
@@ -44,14 +44,14 @@ class Recorded:
 @pytest.fixture
 def both(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> tuple[SourceTree, SourceTree]:
     Recorded.blocks, Recorded.layouts, Recorded.cores = [], [], []
-    monkeypatch.setattr(pairs, "Side", Recorded)
+    monkeypatch.setattr(run, "Side", Recorded)
     return SourceTree(tmp_path / BASE), SourceTree(tmp_path / HEAD)
 
 
 def measure(both: tuple[SourceTree, SourceTree], deadline: float) -> tuple[bool, Any]:
     cells = controls()
     demands = {"control": [[0.0]]}
-    return pairs.measure(cells, both, demands, SETTINGS, random.Random(1), deadline), cells
+    return run.measure(cells, both, demands, SETTINGS, random.Random(1), deadline), cells
 
 
 def test_blocks_of_a_cell_come_in_the_order_abba(both: tuple[SourceTree, SourceTree]) -> None:
@@ -64,7 +64,7 @@ def test_neither_side_goes_first_more_often_where_the_number_of_blocks_is_odd(
     both: tuple[SourceTree, SourceTree],
 ) -> None:
     settings = GateSettings(pairs=2, blocks=5)
-    pairs.measure(controls(), both, {"control": [[0.0]]}, settings, random.Random(1), monotonic() + 60)
+    run.measure(controls(), both, {"control": [[0.0]]}, settings, random.Random(1), monotonic() + 60)
     firsts = [side for side, cell in Recorded.blocks if cell == "control:loop:-"][::2]
     assert firsts.count(BASE) == firsts.count(HEAD) == 5
 

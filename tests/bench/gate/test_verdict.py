@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 
 from bench.gate.record import GateCell, GateRecord, GateSettings
 from bench.gate.render import as_json, markdown
-from bench.gate.statistics import medians_us, ratio
-from bench.gate.verdict import Outcome, Verdict, is_suspect, verdict
+from bench.gate.verdict import Outcome, Verdict, is_suspect, medians_us, ratio, verdict
 
 CALLS = 500
 

@@ -16,8 +16,7 @@ from bench.__main__ import cli
 from bench.chips.target import target
 from bench.record import Batch, Cell, Emulated, Judged, Key, Line, Method, Problem, Worker
 from bench.report import together
-from bench.report.data import data
-from bench.report.html import html
+from bench.report.html import data, html
 from bench.report.page import page as page_of
 from bench.results.machines import read_machines
 from tests import made_up

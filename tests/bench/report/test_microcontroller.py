@@ -2,7 +2,7 @@
 
 from bench.chips.target import target
 from bench.record import Emulated
-from bench.report.microcontroller import microcontroller
+from bench.report.sections.emulation import microcontroller
 from bench.results.emulated import rows
 
 M4F = [target("cortex-m4f").facts]

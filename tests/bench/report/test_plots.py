@@ -17,9 +17,9 @@ from alloc.formulations import Family
 from bench.record import Curve
 from bench.report.pictures.error import alike
 from bench.report.pictures.labels import label_points
+from bench.report.pictures.sketch import thrust_curve
 from bench.report.pictures.style import DARK, FAMILIES, SETTINGS, looks
 from bench.report.pictures.tails import at_least
-from bench.report.pictures.thrust_curve import thrust_curve
 from bench.results.ranking import front
 
 positive = st.floats(1e-3, 1e3)

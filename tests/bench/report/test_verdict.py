@@ -12,9 +12,9 @@ from bench.__main__ import cli
 from bench.record import Cell, Judged, Key, Method, Problem, Quiet
 from bench.report import together
 from bench.report.verdict import rate_of, sure, usual, verdicts, whose_rate
-from bench.results.fit import Loop
 from bench.results.machines import read_machines
 from bench.results.rows import read_run
+from bench.results.size import Loop
 from bench.results.sizing import sizes
 from tests import made_up
 from tests.bench.results.test_sizing import steady

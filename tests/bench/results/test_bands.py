@@ -16,7 +16,7 @@ from bench.report import render
 from bench.results.bands import as_sizes, bands
 from bench.results.cycles import Cpi, assumed, seconds, share
 from bench.results.emulated import rows
-from bench.results.fit import Fit, Loop
+from bench.results.size import Fit, Loop
 from tests import made_up
 
 M7 = assumed([target("cortex-m7").facts])

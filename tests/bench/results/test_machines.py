@@ -16,7 +16,6 @@ from bench.inputs.logs import LogOptions
 from bench.judging.question import Question
 from bench.record import Batch, Cell, Emulated, Key, Line, Problem, RecordError
 from bench.record.schema import machine_name
-from bench.results.fit import Fit, Loop
 from bench.results.machines import (
     NamedRun,
     differences,
@@ -27,7 +26,7 @@ from bench.results.machines import (
     sizes_of,
     swapped,
 )
-from bench.results.size import Size
+from bench.results.size import Fit, Loop, Size
 from bench.results.sizing import sizes
 from tests import made_up
 from tests.bench.results.test_sizing import steady

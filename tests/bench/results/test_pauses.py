@@ -8,12 +8,10 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from bench.record import Batch, Cell, Key, Method
-from bench.results.fit import LATE_SHARE, Fit, Loop
-from bench.results.pauses import CHANCE, Pauses, pauses, whose
 from bench.results.quantiles import Tally
 from bench.results.rows import read_run
-from bench.results.size import Size
-from bench.results.sizing import Pool, sizes
+from bench.results.size import LATE_SHARE, Fit, Loop, Size
+from bench.results.sizing import CHANCE, Pauses, Pool, pauses, sizes, whose
 from tests import made_up
 from tests.bench.results.test_sizing import steady
 

@@ -10,9 +10,8 @@ from bench.commands.size import command
 from bench.record import Batch, Capability, Cell, Judged, Key, Method, Served
 from bench.record.canary import CanaryError, CanaryFile, read_canary
 from bench.report.readme import served_share
-from bench.results.fit import Fit, Loop
 from bench.results.rows import Run, read_run
-from bench.results.size import Size
+from bench.results.size import Fit, Loop, Size
 from bench.results.sizing import judge, sizes
 from bench.results.transfer import Transfer, transfer
 from tests import made_up

@@ -21,9 +21,9 @@ from bench.record import Method, read
 from bench.report import render
 from bench.report.sections import slowest
 from bench.report.verdict import usual
-from bench.results.fit import Fit, Loop
 from bench.results.machines import read_machines
 from bench.results.rows import read_run
+from bench.results.size import Fit, Loop
 from bench.results.sizing import sizes
 from tests.board_logs import forged
 from tests.board_projects import METHODS, SETS, make, project

@@ -17,8 +17,8 @@ from bench.chips.target import target
 from bench.record import read
 from bench.report import render
 from bench.report.sizes import page
-from bench.results.fit import Loop
 from bench.results.machines import read_machines
+from bench.results.size import Loop
 from bench.results.sizing import sizes
 from bench.results.text import three
 from tests.board_logs import forged, opened, sealed
