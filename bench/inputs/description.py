@@ -43,6 +43,7 @@ class Mount(NamedTuple):
     position : (3,) from the base [m]
     direction : (3,) of its axis, of unit length [-]
     turns : whether the joint can turn, as a propeller's does
+    remark : a clause on what gz makes of it, where that is not what the file seems to say
     """
 
     joint: str
@@ -50,6 +51,7 @@ class Mount(NamedTuple):
     position: FloatArray
     direction: FloatArray
     turns: bool
+    remark: str = ""
 
 
 class Motor(NamedTuple):
@@ -176,6 +178,9 @@ def drafted(
     draft.directions = [np.round(mount.direction, 15).tolist() for mount in chosen]
     draft.names = [_name(mount) for mount in chosen]
     draft.assumptions.append(f"{why}; positive thrust pushes along the axis of its joint, as in gz-sim.")
+    for remark in dict.fromkeys(mount.remark for mount in chosen if mount.remark):
+        theirs = [mount.joint for mount in chosen if mount.remark == remark]
+        draft.assumptions.append(f"{remark}: {listed(theirs)}.")
     if rounded := sorted({f"{angle:g}" for angle in angles if exact_angle(angle) != angle}):
         draft.assumptions.append(
             f"Angles of {listed(rounded, 6)} rad are taken for the multiples of 15 degrees that they round."

@@ -1,7 +1,10 @@
 """SDF, gz-sim's description of a model: thruster joints or links, their poses composed to the model's frame.
 
-Nested models, ``<frame>``, ``relative_to`` and ``expressed_in`` are followed, as is what formats before 1.7
-have for them; ``<include>`` is not, since it names a file or a place on the network.
+Read as sdformat 12.3 reads it, which converts formats before 1.9 by its files ``*/*.convert``: up to 1.6 a
+pose's attribute ``frame`` is its ``relative_to``, and ``<use_parent_model_frame>`` puts an axis into the
+model's frame, as formats before 1.5 do where they have none. From 1.7 on both are unknown and ignored.
+Nested models, ``<frame>``, ``relative_to`` and ``expressed_in`` are followed; ``placement_frame`` of a
+nested model is refused, and ``<include>`` is left out: it names a file or a place on the network.
 """
 
 import re
@@ -46,14 +49,15 @@ def read(path: Path, pattern: str = "") -> Draft:
     """The Draft of the model of a file that has thrusters; raises FileError, NotInstalled or VehicleError."""
     root = read_xml(path)
     model = _vehicle(path, root, pattern)
-    things = dict(_things(model, ""))
-    frames = Frames(path, things, axes_of_model=_before_1_5(root))
+    things: dict[str, Element] = {}
+    for name, thing in _things(model, ""):
+        if things.setdefault(name, thing) is not thing:
+            raise VehicleError(
+                f"{path}: <{things[name].tag}> and <{thing.tag}> are both called {name[:40]!r}; rename one"
+            )
+    frames = Frames(path, things, _minor(path, root))
     joints = [(name, thing) for name, thing in things.items() if thing.tag == "joint"]
-    masses = [
-        frames.mass(name, link)
-        for name, link in things.items()
-        if link.tag == "link" and link.find("inertial") is not None
-    ]
+    masses = [frames.mass(name, link) for name, link in things.items() if link.tag == "link"]
     draft = drafted(
         path,
         "SDF",
@@ -64,6 +68,7 @@ def read(path: Path, pattern: str = "") -> Draft:
         pattern,
         frames.angles,
     )
+    draft.assumptions += frames.remarks()
     if included := [include.findtext("uri") or "?" for include in model.iter("include")]:
         draft.assumptions.append(
             f"Left out, since it is another file: <include> of {', '.join(included)[:80]}."
@@ -106,10 +111,13 @@ def _joints(model: Element) -> Iterator[str]:
         yield (joint.findtext("child") or "").strip()
 
 
-def _before_1_5(root: Element) -> bool:
-    """Whether the format is one in which axes of joints are in the model's frame, not in the joint's."""
-    version = re.match(r"1\.(\d+)", root.get("version", ""))
-    return version is not None and int(version[1]) < 5
+def _minor(path: Path, root: Element) -> int:
+    """The 9 of format 1.9; raises VehicleError where it is none that sdformat converts."""
+    said = root.get("version", "")
+    version = re.fullmatch(r"1\.(\d{1,3})", said)
+    if version is None or int(version[1]) < 2:
+        raise VehicleError(f"{path}: <sdf version={said[:20]!r}>: expected 1.2 or later, as in version='1.9'")
+    return int(version[1])
 
 
 def _things(model: Element, scope: str) -> Iterator[tuple[str, Element]]:
@@ -131,13 +139,17 @@ class Frames:
     ----------
     path : the file, for messages
     things : elements by scoped name
-    axes_of_model : whether axes are in the model's frame where nothing else is said
+    minor : the 9 of format 1.9
     angles : of the poses that were worked out, as they are written [rad]
+    weightless : links that say no mass
+    ignored : what has a pose with ``frame``, or an axis with ``use_parent_model_frame``, since 1.7
     """
 
-    def __init__(self, path: Path, things: dict[str, Element], *, axes_of_model: bool = False) -> None:
-        self.path, self.things, self.axes_of_model = path, things, axes_of_model
+    def __init__(self, path: Path, things: dict[str, Element], minor: int) -> None:
+        self.path, self.things, self.minor = path, things, minor
         self.angles: list[float] = []
+        self.weightless: list[str] = []
+        self.ignored: dict[str, list[str]] = {"frame= of a pose": [], "use_parent_model_frame": []}
         self._known: dict[str, FloatArray] = {MODEL: np.eye(4)}
         self._asked: list[str] = []
 
@@ -170,18 +182,44 @@ class Frames:
         given = [0.0, 0, 1] if xyz is None else numbers(self.path, f"axis of {name}", xyz.text, 3)
         scope = name[: name.rfind("::") + 2] if "::" in name else ""
         within = "" if xyz is None else xyz.get("expressed_in", "")
-        of_model = (joint.findtext("axis/use_parent_model_frame") or "").strip().lower() in ("true", "1")
-        if not within and (of_model or self.axes_of_model):
+        if self._of_model(name, joint, scope):
+            if xyz is None:
+                raise VehicleError(f"{self.path}: <axis> of joint {name[:40]!r} has no <xyz>; give x y z")
             within = MODEL
         turn = (self.of(scope + within) if within else here)[:3, :3]
         turns = joint.get("type") in ("continuous", "revolute")
-        return Mount(
-            name, self._child(joint, scope), here[:3, 3], turn @ along(self.path, name, given), turns
+        remark = (
+            "" if joint.find("axis") is not None else "A joint without <axis> is taken to push along its z"
         )
+        axis = turn @ along(self.path, name, given)
+        return Mount(name, self._child(joint, scope), here[:3, 3], axis, turns, remark)
+
+    def _of_model(self, name: str, joint: Element, scope: str) -> bool:
+        """Whether ``<use_parent_model_frame>``, or its default, goes before ``expressed_in``."""
+        said = joint.find("axis/use_parent_model_frame")
+        if said is None:  # 1_4.convert does not descend into nested models
+            return self.minor < 5 and not scope and joint.find("axis") is not None
+        if self.minor > 6:
+            self.ignored["use_parent_model_frame"].append(name)
+            return False
+        return (said.text or "").strip() in ("true", "True", "TRUE", "1")
+
+    def remarks(self) -> list[str]:
+        """Sentences on what sdformat ignores of the file, and adds to it."""
+        lines = [
+            f"SDF 1.{self.minor} knows no {key}: sdformat ignores it, of {listed(names)}."
+            for key, names in self.ignored.items()
+            if names
+        ]
+        if self.weightless:
+            lines.append(f"Links without a mass weigh 1 kg, as in sdformat: {listed(self.weightless)}.")
+        return lines
 
     def mass(self, name: str, link: Element) -> Mass:
-        """A link's mass, and where it is."""
+        """A link's mass, 1 kg where it says none, and where it is."""
         text = link.findtext("inertial/mass")
+        if text is None:
+            self.weightless.append(name)
         mass = 1.0 if text is None else numbers(self.path, f"mass of {name}", text, 1)[0]
         if mass < 0:
             raise VehicleError(f"{self.path}: link {name[:40]!r} has mass {mass:g}; give kg")
@@ -189,9 +227,16 @@ class Frames:
 
     def _reference(self, name: str, scope: str, thing: Element) -> FloatArray:
         """The frame that a thing's pose is given in: named, or that of its kind."""
-        given = thing.find("pose")
-        # Format 1.6 calls "frame" what is "relative_to" since 1.7.
-        relative = "" if given is None else given.get("relative_to") or given.get("frame", "")
+        given = Element("pose") if (found := thing.find("pose")) is None else found
+        old, relative = given.get("frame", ""), given.get("relative_to", "")
+        if old and self.minor > 6:
+            self.ignored["frame= of a pose"].append(name)
+        elif old:
+            relative = old
+        if thing.get("placement_frame"):
+            raise VehicleError(
+                f"{self.path}: placement_frame of model {name[:40]!r} is not read; give its own frame's pose"
+            )
         if relative:
             return self.of(scope + relative)
         if thing.tag == "joint":
@@ -206,12 +251,19 @@ class Frames:
     def _pose(self, name: str, given: Element | None) -> FloatArray:
         if given is None or not (given.text or "").strip():
             return np.eye(4)
-        if given.get("rotation_format") == "quat_xyzw":
+        degrees = given.get("degrees", "").strip().lower() in ("true", "1")
+        form = given.get("rotation_format", "") or "euler_rpy"
+        if form not in ("euler_rpy", "quat_xyzw") or (degrees and form == "quat_xyzw"):
+            raise VehicleError(
+                f"{self.path}: pose of {name} is in {form[:20]!r}{' and degrees' * degrees};"
+                " give 'euler_rpy', or 'quat_xyzw' without degrees"
+            )
+        if form == "quat_xyzw":
             values = numbers(self.path, f"pose of {name}", given.text, 7)
             if not np.linalg.norm(values[3:]) > SHORTEST:
                 raise VehicleError(f"{self.path}: the quaternion of {name[:40]!r} is 0; mend it")
             return posed(values[:3], Rotation.from_quat(values[3:]).as_matrix())
         values = numbers(self.path, f"pose of {name}", given.text, 6)
-        turn = np.radians(values[3:]) if given.get("degrees") in ("true", "1") else values[3:]
+        turn = np.radians(values[3:]) if degrees else values[3:]
         self.angles += list(turn)
         return pose(values[:3], list(turn))

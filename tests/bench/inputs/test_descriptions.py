@@ -150,6 +150,14 @@ def test_an_sdf_gives_the_same_matrix_by_any_way_of_saying_a_pose(tmp_path: Path
     check(tmp_path, sdf(), "six.sdf", None)
 
 
+def test_a_link_of_an_sdf_that_says_no_mass_weighs_1_kg(tmp_path: Path) -> None:
+    """Five propellers of 1 kg on a hull of 11 kg were taken for nothing."""
+    bare = sdf().replace("<inertial><mass>0</mass></inertial>", "")
+    center = (10 * CENTER + POSITIONS.sum(axis=0)) / 16
+    found = imported(tmp_path, bare, None, "six.sdf").center_of_mass
+    np.testing.assert_allclose(found, center, rtol=0, atol=1e-12)
+
+
 @pytest.mark.parametrize(
     ("joint", "names"),
     [("u1{i}_joint", ()), ("+{i}", tuple(f"thruster +{i}" for i in range(6)))],
@@ -250,6 +258,9 @@ def test_the_vehicle_of_a_world_is_the_model_that_has_thrusters(tmp_path: Path) 
         ("1.6", "<use_parent_model_frame>1</use_parent_model_frame>", (1, 0, 0)),
         ("1.6", "<use_parent_model_frame>true</use_parent_model_frame>", (1, 0, 0)),
         ("1.6", "<use_parent_model_frame>0</use_parent_model_frame>", (0, 1, 0)),
+        ("1.4", "<use_parent_model_frame>0</use_parent_model_frame>", (0, 1, 0)),
+        ("1.7", "<use_parent_model_frame>1</use_parent_model_frame>", (0, 1, 0)),
+        ("1.9", "<use_parent_model_frame>1</use_parent_model_frame>", (0, 1, 0)),
         ("1.10", "", (0, 1, 0)),
     ],
 )
