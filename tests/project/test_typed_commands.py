@@ -27,6 +27,7 @@ FOREIGN = {
     "nautilus.yaml": "thrusters: {num: 2}\nconfiguration_matrix: [1, 1, -0.5, 0.5]\n"
     "which: {surge: true, yaw: true}\n"
     "min_force: -20\nmax_force: 20\n",
+    "params.yaml": "tam: {min_thrust: -40.0, max_thrust: 51.0}\n",
     "TAM.yaml": "tam: [[1, 1], [0, 0], [0, 0], [0, 0], [0, 0], [-1, 1]]\n",
     "vehicle.params": "".join(
         f"CA_ROTOR{i}_{key} {value}\n"

@@ -41,5 +41,6 @@ def recognised(path: Path, text: str) -> ModuleType:
             return module
     raise UnknownName(
         f"{path}: none of the known formats ({', '.join(formats())}); it needs a .csv of T, or keys "
-        "thruster_position, configuration_matrix, tam, CA_ROTOR parameters, <robot> or <sdf>"
+        "thruster_position, configuration_matrix, control_allocation_matrix, tam, CA_ROTOR parameters, "
+        "<robot> or <sdf>, or thrusters that each have a position and a direction"
     )

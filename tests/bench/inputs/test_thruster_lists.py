@@ -1,0 +1,105 @@
+"""Lists and tables of thrusters under other projects' keys, and options and matrices that stand otherwise."""
+# ruff: noqa: E501 - a YAML entry stays on its line
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from alloc.vehicle.geometry import pose_matrix
+from tests.foreign_vehicles import LIMITS, imported, vehicle_of
+from tests.readers import refused
+
+S = float(np.sqrt(0.5))
+POSITIONS = np.array(
+    [[0.2, 0.1, 0], [0.2, -0.1, 0], [-0.2, 0.1, 0], [-0.2, -0.1, 0], [0, 0.15, 0.05], [0, -0.15, 0]]
+)
+RPY = np.array([[0, 0, -45], [0, 0, 45], [0, 0, 135], [0, 0, -135], [0, -90, 0], [30, -90, 0]])
+DIRECTIONS = np.array([[S, -S, 0], [S, S, 0], [-S, S, 0], [-S, -S, 0], [0, 0, 1], [0, 0, 1]])
+HALF = np.radians([-45, 45, 135, -135]) / 2
+QUATERNIONS = [*([0, 0, float(np.sin(a)), float(np.cos(a))] for a in HALF), [0, -S, 0, S], [0, -S, 0, S]]
+"""x, y, z, w of the directions, as the half angle formula has them."""
+
+
+def listing(
+    key: str, values: object, position: str = "pos", head: str = "thrusters:\n", extra: str = ""
+) -> str:
+    """YAML of the six thrusters with their directions under a key."""
+    rows = zip(POSITIONS.tolist(), values, strict=True)  # type: ignore[call-overload]  # arrays and lists
+    return head + "".join(
+        f"  - {{name: t{i}, {position}: {place}, {key}: {value}{extra}}}\n"
+        for i, (place, value) in enumerate(rows)
+    )
+
+
+WAYS = {
+    "rpy in degrees": listing("rpy", RPY.tolist()),
+    "rpy in rad": listing("rpy", np.radians(RPY).round(4).tolist()),
+    "rpy_deg": listing("rpy_deg", RPY.tolist()),
+    "direction": listing("direction", (2 * DIRECTIONS).tolist(), "position"),
+    "axis": listing("axis", DIRECTIONS.tolist(), "xyz", head="rov:\n propulsion:\n"),
+    "quaternion_xyzw": listing("quaternion_xyzw", QUATERNIONS),
+    "quat_wxyz": listing("quat_wxyz", [[w, x, y, z] for x, y, z, w in QUATERNIONS]),
+    "orientation by letters": listing("orientation", [dict(zip("xyzw", q, strict=True)) for q in QUATERNIONS]).replace("'", ""),
+    "orientation in rpy": listing("orientation", [dict(zip(("roll", "pitch", "yaw"), a, strict=True)) for a in RPY.tolist()]).replace("'", ""),
+    "in a pose": listing("rpy", RPY.tolist()).replace(", pos", ", pose: {pos").replace("]}", "]}}"),
+    "table": listing("rpy", RPY.tolist()).replace("- {name: ", "").replace(", pos", ": {pos"),
+    "beside a camera": listing("rpy", RPY.tolist()) + "cameras: [{name: eye, pos: [1, 2, 3], rpy: [0, 0, 0]}]\n",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("text", WAYS.values(), ids=WAYS)
+def test_thrusters_with_a_position_and_a_direction_are_read_under_any_key(tmp_path: Path, text: str) -> None:
+    keys = imported(tmp_path, text, LIMITS)
+    assert [thruster.name for thruster in keys.thrusters or ()] == [f"t{i}" for i in range(6)]
+    vehicle = vehicle_of(keys, tmp_path)
+    T = pose_matrix(POSITIONS, DIRECTIONS)
+    rows = [("surge", "sway", "heave", "roll", "pitch", "yaw").index(axis) for axis in vehicle.dof]
+    np.testing.assert_allclose(vehicle.T, T[rows], rtol=0, atol=1e-12)
+    notes = " ".join(keys.notes)
+    assert "Positions are in m" in notes
+    assert "names no frame: frd" in notes
+    assert ("thrust is along x of the rotated frame" in notes) == (
+        "direction:" not in text and "axis:" not in text
+    )
+
+
+def test_millimetres_bounds_and_a_frame_are_taken_as_the_file_says_them(tmp_path: Path) -> None:
+    text = listing("direction", DIRECTIONS.tolist(), extra=", thrust_bounds: [-80, 99.5], node_id: 3")
+    for place in POSITIONS.tolist():
+        text = text.replace(f"pos: {place}", f"pos_mm: {[1000 * x for x in place]}")
+    keys = imported(tmp_path, "# frame: flu\n" + text)
+    assert keys.thrusters is not None
+    np.testing.assert_allclose([t.position for t in keys.thrusters], POSITIONS, rtol=0, atol=1e-12)
+    assert (keys.f_min, keys.f_max, keys.frame) == ([-80] * 6, [99.5] * 6, "flu")
+    assert "Left out of each thruster: node_id." in keys.notes
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (listing("quaternion", QUATERNIONS), "does not say the order of its numbers; give x, y, z, w as keys"),
+        (listing("orientation", QUATERNIONS), "may be angles or a direction; call it rpy_deg"),
+        (listing("orientation", RPY.tolist()), "may be angles or a direction; call it rpy_deg"),
+        (listing("rpy", (RPY / 45).tolist()), "rpy may be in degrees or radians; call it rpy_deg or rpy_rad"),
+        (listing("rpy", RPY.tolist(), extra=", flipped: true"), "line 2: thrusters[0]: flipped is set"),
+        (listing("rpy", RPY.tolist(), extra=", axis: [1, 0, 0]"), "thrusters[0]: has axis, rpy; give one of"),
+        (listing("rpy", RPY.tolist()).replace("name: t3, pos", "name: t3, at"), "line 5: thrusters[3]: has no position"),
+        (listing("rpy", RPY.tolist()).replace("0.2,", "200,"), "pos is up to 200, expected m"),
+        (listing("direction", (0 * DIRECTIONS).tolist()), "has no direction; give x, y, z"),
+        (listing("rpy", RPY.tolist()).replace("0, 45]", "45]"), "thrusters[1].rpy: has 2 numbers; give r, p, y"),
+        (listing("quat_xyzw", (2 * np.array(QUATERNIONS)).tolist()), "is 2 long, expected 1"),
+        (listing("rpy", RPY.tolist(), head="a:\n") + listing("rpy", RPY.tolist(), head="b:\n"), "a, b have positions and directions"),
+    ],
+)  # fmt: skip
+def test_what_a_list_leaves_open_is_refused_with_what_would_say_it(
+    tmp_path: Path, text: str, says: str
+) -> None:
+    assert says in refused(lambda: imported(tmp_path, text, LIMITS), tmp_path / "theirs.yaml")
+
+
+def test_a_vehicle_file_is_not_taken_for_a_list_of_thrusters(tmp_path: Path) -> None:
+    text = "name: mine\ndof: [surge, sway]\nf_min: -1\nf_max: 1\n" + listing(
+        "direction", DIRECTIONS.tolist(), "position"
+    )
+    assert "none of the known formats" in refused(lambda: imported(tmp_path, text), tmp_path / "theirs.yaml")
