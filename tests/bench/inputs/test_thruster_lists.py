@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from alloc.vehicle.geometry import pose_matrix
+from bench.inputs.imported import ImportOptions
 from tests.foreign_vehicles import LIMITS, imported, vehicle_of
 from tests.readers import refused
 
@@ -103,3 +104,38 @@ def test_a_vehicle_file_is_not_taken_for_a_list_of_thrusters(tmp_path: Path) -> 
         "direction", DIRECTIONS.tolist(), "position"
     )
     assert "none of the known formats" in refused(lambda: imported(tmp_path, text), tmp_path / "theirs.yaml")
+
+
+MVP = """\
+generator_type: user
+control_allocation_matrix:
+  main: [0.0, 0.0, 0.1, 1.0, 0.0, 0.0]
+  horizontal: [0.0, 0.0, 0.48, 0.0, 1.0, 0.0]
+  vertical: [0.0, 0.39, 0.0, 0.0, 0.0, -1.0]
+thruster_limits:
+  main: {max: 40, min: -30}
+  horizontal: {max: 20, min: -20}
+  vertical: {max: 20, min: -20}
+"""
+
+
+def test_mvp_control_s_numbers_have_moments_first(tmp_path: Path) -> None:
+    options = ImportOptions(dof=("yaw", "sway", "heave"))
+    vehicle = vehicle_of(imported(tmp_path, MVP, options), tmp_path)
+    np.testing.assert_array_equal(vehicle.T, [[0.1, 0.48, 0], [0, 1, 0], [0, 0, -1]])
+    assert vehicle.names == ("main", "horizontal", "vertical")
+    assert (vehicle.f_min.tolist(), vehicle.f_max.tolist()) == ([-30, -20, -20], [40, 20, 20])
+
+
+@pytest.mark.parametrize(
+    ("there", "put", "says"),
+    [
+        ("user", "tf", "generator_type is 'tf'"),
+        ("0.1, 1.0, 0.0, 0.0]", "0.1, 1.0, 0.0]", "control_allocation_matrix.main has 5 numbers; give six: roll, pitch, yaw, surge"),
+        ("{max: 40, min: -30}", "40", "no limits in it"),
+    ],
+)  # fmt: skip
+def test_a_matrix_that_mvp_control_does_not_use_is_refused(
+    tmp_path: Path, there: str, put: str, says: str
+) -> None:
+    assert says in refused(lambda: imported(tmp_path, MVP.replace(there, put)), tmp_path / "theirs.yaml")
