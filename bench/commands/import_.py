@@ -14,7 +14,7 @@ from bench.commands import PATH, echo, not_over
     "format_",
     default="",
     metavar="F",
-    help="csv, px4, ros, sdf, tam or urdf; else told by content.",
+    help="csv, mvp, px4, ros, sdf, tam, thrusters or urdf; else told by content.",
 )
 @click.option("--name", default="", help="Of the vehicle [the file's].")
 @click.option("--dof", default="", metavar="A,B,…", help="Controlled DOF [as many as are independent].")
@@ -25,6 +25,7 @@ from bench.commands import PATH, echo, not_over
 @click.option("--f-max", type=float, metavar="N", help="Upper limit of every thruster [N].")
 @click.option("--take", type=click.Choice(["T", "poses"]), help="Which to believe where they contradict.")
 @click.option("--thruster", default="", metavar="PATTERN", help="Joints or links that are thrusters.")
+@click.option("--limits", type=PATH, help="thruster_manager's parameters, with the limits of a URDF.")
 @click.option("--suspect", default="", metavar="I,…", help="Thrusters whose column of T stands as published.")
 @click.option("-o", "--output", type=PATH, help="Vehicle file [standard output].")
 def command(
@@ -37,12 +38,14 @@ def command(
     f_max: float | None,
     take: str | None,
     thruster: str,
+    limits: Path | None,
     suspect: str,
     output: Path | None,
 ) -> None:
-    """Make a vehicle file of a URDF, SDF, ROS, PX4 or CSV file.
+    """Make a vehicle file of a URDF, SDF, ROS, PX4, YAML or CSV file.
 
-    ROS: parameters of a thruster manager, or a TAM.yaml. CSV: rows of T.
+    ROS: parameters of a thruster manager, or a TAM.yaml. YAML: thrusters with a position and a direction.
+    CSV: rows of T.
     """
     from alloc.files.textfile import write_text
     from alloc.vehicle.text import to_yaml
@@ -57,6 +60,7 @@ def command(
         f_max=f_max,
         take=take or "",
         thruster=thruster,
+        limits=limits,
         suspect=tuple(int(one) if one.isdecimal() else one for one in split(suspect)),
     )
     keys = import_vehicle(file, format_, options)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from alloc.vehicle.geometry import DOF, contradictions
 from alloc.vehicle.keys import VehicleFile
 from alloc.vehicle.names import unmistakable
 from bench.inputs.draft import Draft
-from bench.inputs.formats import formats, recognised
+from bench.inputs.formats import formats, recognised, tam
 
 PLANAR = ("surge", "sway", "yaw")
 PREFERRED = ("surge", "sway", "heave", "yaw", "roll", "pitch")
@@ -42,6 +43,7 @@ class ImportOptions:
     f_min, f_max : limits of every thruster [N]
     take : T or poses, the one to believe where a file has both
     thruster : a pattern that the names of thrusters' joints or links match, for URDF and SDF
+    limits : a parameter file of thruster_manager, for the limits of a URDF or SDF
     suspect : thrusters, by index or name, whose column of T is taken as published though none can make it
     """
 
@@ -52,6 +54,7 @@ class ImportOptions:
     f_max: float | None = None
     take: str = ""
     thruster: str = ""
+    limits: Path | None = None
     suspect: tuple[int | str, ...] = ()
 
 
@@ -66,13 +69,35 @@ def import_vehicle(path: Path, format_name: str = "", options: ImportOptions | N
     module = formats()[format_name] if format_name else recognised(path, read_text(path))
     if options.thruster and not getattr(module, "PATTERN", False):
         raise VehicleError(f"{path}: --thruster is for URDF and SDF, which name joints; leave it out")
-    draft: Draft = module.read(path, options.thruster) if options.thruster else module.read(path)
+    if options.limits is not None:
+        draft = _with_options(path, module, options, tam.read_options(options.limits))
+    else:
+        draft = module.read(path, options.thruster) if options.thruster else module.read(path)
     keys = _keys(path, draft, options)
     try:
         build_vehicle(keys)
     except VehicleError as error:
         raise VehicleError(f"{path}: {error}", error.key) from None
     return keys
+
+
+def _with_options(
+    path: Path, module: ModuleType, options: ImportOptions, manager: tam.ManagerOptions
+) -> Draft:
+    """The draft of a description with the joints and the limits that thruster_manager's file says."""
+    assert options.limits is not None
+    if not getattr(module, "PATTERN", False):
+        raise VehicleError(f"{path}: --limits is for URDF and SDF, which have none; leave it out")
+    draft: Draft = module.read(path, options.thruster or manager.pattern)
+    if manager.f_min is not None and manager.f_max is not None:
+        draft.f_min, draft.f_max = manager.f_min, manager.f_max
+        draft.limits_assumed = [f"Limits are min_thrust and max_thrust of {options.limits.name}, in N."]
+    if manager.deadzone:
+        draft.assumptions.append(
+            f"{options.limits.name}: deadzone {manager.deadzone:g} N is left out: thruster_manager avoids"
+            " such thrusts, and a vehicle file has no key for that but the curve in esc."
+        )
+    return draft
 
 
 def _keys(path: Path, draft: Draft, options: ImportOptions) -> VehicleFile:

@@ -4,15 +4,17 @@ uuv_simulator has six rows in the frame of base_link. auv_controllers has rows b
 roll, pitch, yaw, beside the thrusters' names; each thruster's limits stand in its own controller.
 """
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from alloc.errors import VehicleError
 from alloc.files.textfile import read_text
 from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle.frame import described
 from alloc.vehicle.geometry import DOF
+from bench.inputs.columns import listed
 from bench.inputs.draft import Draft, commented
 from bench.inputs.parameters import find, numbers, rows
 
@@ -25,6 +27,16 @@ ROWS = {
     "yaw": ("rz", "yaw"),
 }
 """Names of each row in auv_controllers."""
+OPTIONS = (
+    "min_thrust",
+    "max_thrust",
+    "deadzone",
+    "thruster_prefix",
+    "thrusters",
+    "use_gz_plugin",
+    "publish_thrusts",
+)
+"""Keys of ``tam`` in thruster_manager, which has no matrix there."""
 
 
 def recognises(path: Path, text: str) -> bool:
@@ -44,7 +56,7 @@ def _draft(path: Path) -> Draft:
         return _by_name(tree, tam)
     T = rows(tree, "tam", tam)
     if len(T) != len(DOF):
-        raise VehicleError(f"{path}: tam has {len(T)} rows; give six, surge to yaw")
+        raise VehicleError(f"{path}: tam has {len(T)} rows{_transposed(T)}; give six, surge to yaw")
     draft = Draft(
         source=f"{path.name}, thruster allocation matrix of uuv_simulator", dof=DOF, T=T, frame="flu"
     )
@@ -58,7 +70,14 @@ def _draft(path: Path) -> Draft:
 
 def _by_name(tree: YamlTree, tam: dict[str, Any]) -> Draft:
     known = {name: axis for axis, names in ROWS.items() for name in names}
+    if options := [key for key in OPTIONS if key in tam]:
+        raise VehicleError(
+            f"{tree.path}: tam has {listed(options)}, options of thruster_manager, whose matrix comes from a"
+            f" URDF; thrustbench import model.urdf --limits {tree.path.name}"
+        )
     if unknown := [key for key in tam if key not in known]:
+        if turned := _transposed(list(tam.values())):
+            raise VehicleError(f"{tree.path}: tam has {len(tam)} rows{turned}; give one by each axis's name")
         raise VehicleError(
             f"{tree.path}: tam has a row {unknown[0][:40]!r}; the rows are x, y, z, rx, ry, rz"
         )
@@ -83,6 +102,54 @@ def _by_name(tree: YamlTree, tam: dict[str, Any]) -> Draft:
         draft.names = [name.removesuffix("_joint")[:40] for name in thrusters]
     _limits(tree, draft, thrusters if draft.names else None, n)
     return draft
+
+
+def _transposed(T: Sequence[Any]) -> str:
+    """A clause that says it of rows that have six numbers each, as columns have; else empty."""
+    turned = all(isinstance(row, list) and len(row) == len(DOF) for row in T)
+    return (
+        f" of six, one a thruster: it is transposed, {len(T)} columns of six are expected" if turned else ""
+    )
+
+
+class ManagerOptions(NamedTuple):
+    """Options of thruster_manager: limits of every thruster [N], None where it has none, and their joints.
+
+    Attributes
+    ----------
+    f_min, f_max : min_thrust and max_thrust [N]
+    deadzone : thrusts within it of 0 are avoided where the matrix has a kernel [N]
+    pattern : of the joints that are thrusters; empty where gz-sim's plug-ins say them
+    """
+
+    f_min: float | None
+    f_max: float | None
+    deadzone: float
+    pattern: str
+
+
+def read_options(path: Path) -> ManagerOptions:
+    """Read the options of thruster_manager's ``tam``; raises FileError or VehicleError.
+
+    CentraleNantesROV/thruster_manager @04cedad, src/thruster_manager.cpp: limits of 0 are none, and limits
+    hold only where both are given.
+    """
+    tree = read_yaml(path)
+    tam = find(tree, "tam")
+    if not isinstance(tam, dict) or not any(key in OPTIONS for key in tam):
+        raise VehicleError(f"{path}: has no tam with {', '.join(OPTIONS[:3])}; give thruster_manager's file")
+    low, high, dead = (
+        numbers(tree, f"tam.{key}", [tam.get(key, 0.0)])[0]
+        for key in ("min_thrust", "max_thrust", "deadzone")
+    )
+    joints, prefix = tam.get("thrusters", []), tam.get("thruster_prefix", "")
+    if not isinstance(joints, list) or not isinstance(prefix, str):
+        raise VehicleError(
+            f"{path}: tam.thrusters is a list of joints, tam.thruster_prefix a text; mend them"
+        )
+    parts = [re.escape(str(joint)) for joint in joints] + ([re.escape(prefix) + ".*"] if prefix else [])
+    given = low != 0 and high != 0
+    return ManagerOptions(low if given else None, high if given else None, dead, "|".join(parts))
 
 
 def _limits(tree: YamlTree, draft: Draft, thrusters: list[str] | None, n: int) -> None:

@@ -6,9 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from alloc import AllocError
 from alloc.vehicle.geometry import pose_matrix
-from bench.inputs.imported import ImportOptions
+from bench.inputs.imported import ImportOptions, import_vehicle
 from tests.foreign_vehicles import LIMITS, imported, vehicle_of
+from tests.mutations import damaged
 from tests.readers import refused
 
 S = float(np.sqrt(0.5))
@@ -139,3 +141,82 @@ def test_a_matrix_that_mvp_control_does_not_use_is_refused(
     tmp_path: Path, there: str, put: str, says: str
 ) -> None:
     assert says in refused(lambda: imported(tmp_path, MVP.replace(there, put)), tmp_path / "theirs.yaml")
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("tam:\n" + "- [1, 0, 0, 0, 0, 0.1]\n" * 8, "tam has 8 rows of six, one a thruster: it is transposed"),
+        ("tam: {t1: [1, 0, 0, 0, 0, 0.1], t2: [1, 0, 0, 0, 0, -0.1]}\n", "tam has 2 rows of six, one a thruster"),
+        ("tam:\n" + "- [1, 0, 0]\n" * 8, "tam has 8 rows; give six, surge to yaw"),
+        ("m:\n  tam: {deadzone: 0.5, max_thrust: 40.0}\n", "tam has max_thrust, deadzone, options of thruster_manager"),
+    ],
+)  # fmt: skip
+def test_a_tam_that_is_transposed_or_has_only_options_is_told_so(
+    tmp_path: Path, text: str, says: str
+) -> None:
+    assert says in refused(lambda: imported(tmp_path, text, LIMITS), tmp_path / "theirs.yaml")
+
+
+MANAGER = "m: {ros__parameters: {tam: {thruster_prefix: thr, deadzone: 0.5, min_thrust: -30.0, max_thrust: 40.0}}}\n"
+
+
+def robot(names: tuple[str, ...]) -> str:
+    """A URDF of a pair of propellers of these names, and of a wheel."""
+    return (
+        "<robot name='r'><link name='base_link'/>"
+        + "".join(
+            f"<link name='l{i}'/><joint name='{name}' type='continuous'><parent link='base_link'/><child link='l{i}'/>"
+            f"<origin xyz='0 {0.2 - 0.4 * i} 0'/><axis xyz='1 0 0'/></joint>"
+            for i, name in enumerate((*names, "wheel_propeller"))
+        )
+        + "</robot>"
+    )
+
+
+@pytest.mark.parametrize("thrusters", ["thruster_prefix: thr", "thrusters: [thr1, thr2]"])
+def test_a_urdf_gets_joints_and_limits_of_thruster_manager_s_options(tmp_path: Path, thrusters: str) -> None:
+    pytest.importorskip("urdf_parser_py", reason="needs the extra urdf")
+    (tmp_path / "params.yaml").write_text(MANAGER.replace("thruster_prefix: thr", thrusters))
+    options = ImportOptions(limits=tmp_path / "params.yaml")
+    keys = imported(tmp_path, robot(("thr1", "thr2")), options, "r.urdf")
+    assert [thruster.name for thruster in keys.thrusters or ()] == ["thr1", "thr2"]
+    assert (keys.f_min, keys.f_max) == (-30, 40)
+    assert "Limits are min_thrust and max_thrust of params.yaml, in N." in keys.notes
+    assert any("deadzone 0.5 N is left out" in note for note in keys.notes)
+    told = ImportOptions(limits=tmp_path / "params.yaml", f_min=-9, f_max=9)
+    assert imported(tmp_path, robot(("thr1", "thr2")), told, "r.urdf").f_max == 9
+
+
+def test_options_that_are_none_of_thruster_manager_s_are_refused(tmp_path: Path) -> None:
+    pytest.importorskip("urdf_parser_py", reason="needs the extra urdf")
+    params = tmp_path / "params.yaml"
+    options = ImportOptions(limits=params)
+    for text, says in (
+        ("tam: [[1]]\n", "has no tam with min_thrust, max_thrust, deadzone"),
+        ("tam: {min_thrust: low}\n", "tam.min_thrust holds 'low', which is no number"),
+    ):
+        params.write_text(text)
+        assert says in refused(lambda: imported(tmp_path, robot(("thr1", "thr2")), options, "r.urdf"), params)
+    params.write_text(MANAGER.replace("-30.0", "0.0"))
+    says = refused(
+        lambda: imported(tmp_path, robot(("thr1", "thr2")), options, "r.urdf"), tmp_path / "r.urdf"
+    )
+    assert "no limits in it" in says
+    assert "--limits is for URDF and SDF" in refused(
+        lambda: imported(tmp_path, MVP, options), tmp_path / "theirs.yaml"
+    )
+
+
+@pytest.mark.parametrize("text", [WAYS["in a pose"], WAYS["orientation by letters"], MVP, MANAGER])
+def test_a_damaged_file_is_read_or_refused_in_one_line(tmp_path: Path, text: str) -> None:
+    rng = np.random.default_rng(5)
+    messages = []
+    for _ in range(60):
+        (tmp_path / "theirs.yaml").write_bytes(damaged(text.encode(), rng))
+        try:
+            import_vehicle(tmp_path / "theirs.yaml", options=LIMITS)
+        except AllocError as error:
+            messages.append(str(error))
+    assert len(messages) > 10
+    assert [message for message in messages if "\n" in message or str(tmp_path) not in message] == []
