@@ -6,10 +6,11 @@ import numpy as np
 
 from alloc.c.call import function_name
 from alloc.c.recipe import Recipe
-from alloc.errors import VehicleError
+from alloc.errors import NotApplicable, VehicleError
 from alloc.program import Scalar, Where
 from alloc.program.literal import number
 from alloc.vehicle import Vehicle
+from alloc.vehicle.esc import SPARE
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,11 +42,16 @@ class EscCode:
         """The parameters of NAME_to_esc, which begin with tau, or of NAME_esc, which begin with f."""
         n, scalar = self.vehicle.n, self.scalar
         given = [f"const {scalar} {f'tau[{self.vehicle.k}]' if tau else f'f[{n}]'}"]
-        if self.limits == "call":
-            given += [f"const {scalar} f_min[{n}]", f"const {scalar} f_max[{n}]"]
+        given += self.call_limits
         given += ["int fault"] * tau + [f"{scalar} volts"]
         given += [f"{self.command} command[{n}]", f"{scalar} f_made[{n}]"]
         return ", ".join([*given, *[f"{scalar} share[{self.levels}]"] * (tau and self.levels > 0)])
+
+    @property
+    def call_limits(self) -> list[str]:
+        """The parameters of limits; none where they stand in the C."""
+        sides = ("f_min", "f_max") if self.limits == "call" else ()
+        return [f"const {self.scalar} {side}[{self.vehicle.n}]" for side in sides]
 
     @property
     def alike(self) -> bool:
@@ -88,8 +94,32 @@ def integers(largest: float) -> str:
 
 
 def last_metre(vehicle: Vehicle, kernel: Recipe, scalar: Scalar, limits: Where) -> EscCode:
-    """What the C behind a kernel is written of; raises VehicleError for a vehicle without ``esc``."""
+    """What the C behind a kernel is written of.
+
+    Raises VehicleError for a vehicle without ``esc``, NotApplicable where the kernel says shares within fixed
+    limits that its ESCs do not reach: thrusts that are cut afterwards deliver other shares.
+    """
     if not vehicle.esc:
         raise VehicleError(f"{vehicle.name}: has no ESCs; add 'esc' to its file", "esc")
-    name = function_name(vehicle, kernel.name, scalar, limits)
-    return EscCode(vehicle, scalar, limits, kernel.levels(vehicle), name)
+    levels = kernel.levels(vehicle)
+    if limits == "fixed" and levels and (short := _short(vehicle)):
+        raise NotApplicable(
+            f"{vehicle.name}: {short} for shares of {kernel.name} within fixed limits; give --limits call,"
+            " which are cut at what each voltage makes"
+        )
+    return EscCode(vehicle, scalar, limits, levels, function_name(vehicle, kernel.name, scalar, limits))
+
+
+def _short(vehicle: Vehicle) -> str:
+    """The first thruster whose ESC does not reach its limits at some voltage, in words; empty for none."""
+    volts = np.unique(np.concatenate([esc.volts for esc in vehicle.esc]))
+    low, high = vehicle.esc_limits(volts)
+    lost = np.maximum(low - vehicle.f_min, vehicle.f_max - high) > SPARE * vehicle.f_scale
+    if not lost.any():
+        return ""
+    row, i = np.argwhere(lost)[0].tolist()
+    at = "" if np.isnan(volts[row]) else f" at {volts[row]:g} V"
+    return (
+        f"the ESC of {vehicle.called(i)} makes {low[row, i]:.4g} … {high[row, i]:.4g} N{at}, expected"
+        f" {vehicle.f_min[i]:g} … {vehicle.f_max[i]:g} N"
+    )

@@ -35,10 +35,32 @@ _STAY = """
                 step.makes = ZERO;
             }"""
 
+_REACHED = """\
+/* Limits of a call cut at the ends of the curves at a voltage; those that cross are left to the kernel. */
+static void OWN_reached(LIMITS, SCALAR volts, SCALAR low[COUNT], SCALAR high[COUNT])
+{
+    struct OWN_now now;
+    (void)OWN_find(volts, &now);
+    for (int i = 0; i < COUNT; i++) {
+        const struct OWN_ends *const ends = &now.ends[CURVE_I];
+        const SCALAR least = f_min[i], most = f_max[i];
+        const int cut = least <= most;
+        low[i] = !cut ? least : least < ends->low ? ends->low : least > ends->high ? ends->high : least;
+        high[i] = !cut ? most : most < ends->low ? ends->low : most > ends->high ? ends->high : most;
+    }
+}
+
+"""
+
 
 def _one(values: Sequence[str], name: str) -> str:
     """The literal that all thrusters share, or the entry of their table."""
     return values[0] if len(set(values)) == 1 else f"OWN_{name}[i]"
+
+
+def _curve(known: Tables) -> str:
+    """The C of the index of a thruster's curve."""
+    return "OWN_curve[i]" if len(known.curves) > 1 else "0"
 
 
 def _sent(of: EscCode) -> str:
@@ -52,7 +74,7 @@ def _sent(of: EscCode) -> str:
 
 def send(of: EscCode, known: Tables) -> str:
     """The C of NAME_esc."""
-    vehicle, curve = of.vehicle, "OWN_curve[i]" if len(known.curves) > 1 else "0"
+    vehicle, curve = of.vehicle, _curve(known)
     low, high = ("f_min[i]", "f_max[i]") if of.limits == "call" else ("OWN_low[i]", "OWN_high[i]")
     begin, clip, hold = "", _CLIP, _HOLD
     inside = "x >= low && x <= high && x > ends->low && x < ends->high"
@@ -122,15 +144,22 @@ int {of.name}_esc({of.parameters(tau=False)})
 }}"""
 
 
-def to_esc(of: EscCode) -> str:
+def to_esc(of: EscCode, known: Tables) -> str:
     """The C of NAME_to_esc."""
+    cut, declared, reached = "", "", ""
+    if of.limits == "call":
+        cut = _REACHED.replace("CURVE_I", _curve(known)).replace("COUNT", str(of.vehicle.n))
+        cut = cut.replace("LIMITS", ", ".join(of.call_limits))
+        declared = f", low[{of.vehicle.n}], high[{of.vehicle.n}]"
+        reached = "\n    OWN_reached(f_min, f_max, volts, low, high);"
+    given = arguments(of.limits, of.levels, "fault").replace("f_min, f_max", "low, high")
     ends = "f_min, f_max, " * (of.limits == "call")
     sent = f"{of.name}_esc(f, volts" if of.alike else f"OWN_send(f, {ends}fault, volts"
     return f"""\
-int {of.name}_to_esc({of.parameters(tau=True)})
+{cut}int {of.name}_to_esc({of.parameters(tau=True)})
 {{
-    SCALAR f[{of.vehicle.n}];
-    const int found = {of.name}({arguments(of.limits, of.levels, "fault")});
+    SCALAR f[{of.vehicle.n}]{declared};{reached}
+    const int found = {of.name}({given});
     if (found != TB_SOLVED && found != TB_PARTIAL) {{
         for (int i = 0; i < {of.vehicle.n}; i++) {{
             command[i] = {_one(of.wire["neutral"], "neutral")};

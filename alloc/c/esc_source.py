@@ -90,7 +90,7 @@ def source(of: EscCode) -> str:
         **{name: str(bit) for name, bit in STATES.items()},
     }
     template = (resources.files("alloc.c") / "esc.c").read_text(encoding="utf-8")
-    text = "\n".join([*arrays(of, known), "", template, send(of, known), "", to_esc(of)])
+    text = "\n".join([*arrays(of, known), "", template, send(of, known), "", to_esc(of, known)])
     for _ in range(3):  # what replaces a word may hold other words
         text = re.sub(rf"(?<!\w)({'|'.join(words)})(?!\w)", lambda word: words[word[0]], text)
     return f"""\

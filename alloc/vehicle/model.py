@@ -210,6 +210,24 @@ class Vehicle:
         low, high = self.f_min if f_min is None else f_min, self.f_max if f_max is None else f_max
         return wire.commands(self.name, self.esc, f, volts, low, high)
 
+    def esc_limits(
+        self,
+        volts: ArrayLike | None = None,
+        f_min: ArrayLike | None = None,
+        f_max: ArrayLike | None = None,
+    ) -> Interval:
+        """f_min and f_max (n,) or (N, n) [N] of a call, cut at the ends of the curves at its voltage.
+
+        Thrusts allocated within are made to the steps of the commands, so the shares of such an answer are
+        those of what the ESCs make. Limits wholly beyond the curve become its end; limits that cross stay so.
+
+        Parameters
+        ----------
+        volts, f_min, f_max : as of ``commands``, and raises as it does
+        """
+        low, high = self.f_min if f_min is None else f_min, self.f_max if f_max is None else f_max
+        return wire.limits(self.name, self.esc, volts, low, high)
+
     def thrusts(self, commands: ArrayLike, volts: ArrayLike | None = None) -> FloatArray:
         """Thrusts (n,) or (N, n) [N] that commands of that shape make: the way back of ``commands``.
 

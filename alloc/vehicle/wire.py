@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from alloc.allocation import FloatArray, IndexArray
 from alloc.errors import DemandError, VehicleError
 from alloc.vehicle.esc import Esc, Sent
+from alloc.vehicle.limits import Interval
 
 AT_ONCE = 2048
 """Rows that are inverted together, so that a long log takes a few megabytes."""
@@ -28,6 +29,24 @@ def thrusts(name: str, escs: Sequence[Esc], sent: ArrayLike, volts: ArrayLike | 
     rows, at, single = _rows(name, escs, sent, volts, "commands")
     made = _thrusts(escs, rows, at)
     return made[0] if single else made
+
+
+def limits(
+    name: str, escs: Sequence[Esc], volts: ArrayLike | None, f_min: ArrayLike, f_max: ArrayLike
+) -> Interval:
+    """As ``Vehicle.esc_limits``, with the limits given."""
+    sides = np.broadcast_arrays(np.asarray(f_min, np.float64), np.asarray(f_max, np.float64))
+    if sides[0].ndim == 1 and np.ndim(volts) == 1:
+        sides = [np.tile(side, (np.size(volts), 1)) for side in sides]
+    low, at, single = _rows(name, escs, sides[0], volts, "f_min")
+    high, *_ = _rows(name, escs, sides[1], volts, "f_max")
+    low, high, crossed = low.copy(), high.copy(), ~(low <= high)
+    kept = low[crossed], high[crossed]
+    for esc, columns in _alike(escs):
+        ends = [end[:, None] for end in esc.span(_nominal(esc, at))]
+        low[:, columns], high[:, columns] = (np.clip(side[:, columns], *ends) for side in (low, high))
+    low[crossed], high[crossed] = kept
+    return (low[0], high[0]) if single else (low, high)
 
 
 def _rows(

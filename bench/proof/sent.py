@@ -11,12 +11,12 @@ from bench.proof.subject import Subject
 
 SENT = (
     "NAME_esc gives the commands, the thrusts made and the status that Vehicle.commands gives; NAME_to_esc"
-    " those of the kernel and NAME_esc after each other."
+    " those of the kernel and NAME_esc after each other, limits of the call cut at the curves' ends."
 )
 
 
 def sent(of: Subject, folder: Path) -> list[Claim]:
-    """The claim; none for a vehicle without ESCs. Runs the C."""
+    """The claim; none where there is no such C. Runs the C."""
     if not (made := esc.files(of)):
         return []
     test = esc_selftest(last_metre(of.vehicle, recipe(of.kernel), of.scalar, of.limits))

@@ -3,7 +3,9 @@
 import re
 from pathlib import Path
 
+from alloc import NotApplicable
 from alloc.c import covering, last_metre, parameters, to_escs
+from alloc.errors import VehicleError
 from alloc.methods import recipe
 from bench.proof import tools
 from bench.proof.altered import of_all_branches
@@ -42,14 +44,15 @@ LABELS = {"status", "command", "made"}
 
 
 def files(of: Subject) -> dict[str, str]:
-    """The C that ``codegen --esc`` writes beside the kernel; none for a vehicle without ESCs."""
-    if not of.vehicle.esc:
+    """The C that ``codegen --esc`` writes beside the kernel; none where it refuses to."""
+    try:
+        return to_escs(last_metre(of.vehicle, recipe(of.kernel), of.scalar, of.limits))
+    except (NotApplicable, VehicleError):
         return {}
-    return to_escs(last_metre(of.vehicle, recipe(of.kernel), of.scalar, of.limits))
 
 
 def claims(of: Subject, folder: Path) -> list[Claim]:
-    """The claims; none for a vehicle without ESCs. Raises NotInstalled without Frama-C."""
+    """The claims; none where there is no such C. Raises NotInstalled without Frama-C."""
     if not (made := files(of)):
         return []
     tools.need("frama-c")

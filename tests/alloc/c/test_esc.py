@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from alloc import Status, Vehicle, generate, load_vehicle
+from alloc import NotApplicable, Status, Vehicle, build, generate, load_vehicle
 from alloc.c import compiled
 from alloc.program import Scalar
 
@@ -49,9 +49,17 @@ def vehicle(folder: Path, esc: object, **keys: object) -> Vehicle:
     return load_vehicle(folder / "wired.yaml")
 
 
-def built(of: Vehicle, folder: Path, *, single: bool, limits: str, edit: tuple[str, str] = ("", "")) -> str:
+def built(
+    of: Vehicle,
+    folder: Path,
+    *,
+    single: bool,
+    limits: str,
+    edit: tuple[str, str] = ("", ""),
+    method: str = "scaled",
+) -> str:
     """What the self-test prints; ``edit`` changes the C before."""
-    files = generate(of, "scaled", scalar="float" if single else "double", limits=limits, esc=True)
+    files = generate(of, method, scalar="float" if single else "double", limits=limits, esc=True)
     for name, text in files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         if name.endswith("_esc.c") and edit[0]:
@@ -73,7 +81,8 @@ def built(of: Vehicle, folder: Path, *, single: bool, limits: str, edit: tuple[s
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_self_test_finds_what_python_sends_and_nothing_undefined(kind, limits, tmp_path: Path) -> None:
     single = list(KINDS).index(kind) % 2 == (limits == "call")
-    said = built(vehicle(tmp_path, KINDS[kind]), tmp_path, single=single, limits=limits)
+    method = "scaled" if limits == "call" else "clip"
+    said = built(vehicle(tmp_path, KINDS[kind]), tmp_path, single=single, limits=limits, method=method)
     assert re.search(r"96 cases; 0 wrong", said), said
 
 
@@ -81,7 +90,7 @@ def test_the_self_test_finds_what_python_sends_and_nothing_undefined(kind, limit
     "keys", [{"f_min": [-40, -5, 0, -40], "f_max": [60, 5, 20, 0]}, {"f_min": 5, "f_max": 5.3}]
 )
 def test_limits_of_their_own_and_limits_without_zero_hold(keys, tmp_path: Path) -> None:
-    said = built(vehicle(tmp_path, USUAL, **keys), tmp_path, single=True, limits="fixed")
+    said = built(vehicle(tmp_path, USUAL, **keys), tmp_path, single=True, limits="fixed", method="clip")
     assert " 0 wrong" in said, said
 
 
@@ -103,8 +112,26 @@ def test_limits_of_their_own_and_limits_without_zero_hold(keys, tmp_path: Path) 
 )
 def test_a_broken_line_is_seen(edit: tuple[str, str], tmp_path: Path) -> None:
     of = vehicle(tmp_path, USUAL, f_min=-25, f_max=30)  # beyond the curve at 12 V, within it at 16 V
-    said = built(of, tmp_path, single=True, limits="fixed", edit=edit)
+    said = built(of, tmp_path, single=True, limits="fixed", edit=edit, method="clip")
     assert " 0 wrong" not in said
+
+
+@pytest.mark.parametrize("edit", [("cut = least <= most", "cut = 0"), ("low[i] = !cut ?", "low[i] = cut ?")])
+def test_limits_that_are_not_cut_at_the_voltage_s_ends_are_seen(edit, tmp_path: Path) -> None:
+    said = built(vehicle(tmp_path, USUAL), tmp_path, single=True, limits="call", edit=edit)
+    assert " 0 wrong" not in said
+
+
+def test_shares_within_fixed_limits_that_a_voltage_does_not_reach_are_refused(tmp_path: Path) -> None:
+    """They were 1 where the thrusts made at 12 V turned the vehicle the other way."""
+    of = vehicle(tmp_path, USUAL)
+    says = r"thruster 0 makes -20 … 25 N at 12 V, expected -40 … 60 N .*; give --limits call"
+    for method in ("scaled", "priority", "scaled-by-group"):
+        with pytest.raises(NotApplicable, match=says):
+            generate(of, method, esc=True)
+    reached = vehicle(tmp_path, USUAL, f_min=-20, f_max=25)
+    assert "wired_scaled_esc.c" in generate(reached, "scaled", esc=True)
+    assert "wired_clip_esc.c" in generate(of, "clip", esc=True)  # says no shares
 
 
 @pytest.mark.parametrize(
@@ -176,6 +203,72 @@ def test_at_the_limits_of_any_voltage_python_and_c_send_the_same_ends(scalar: Sc
             sent = of.commands(exact[side], volts, f_min=exact[0], f_max=exact[1])
             assert set(u.tolist()) == set(sent.u.tolist()) == {end}
             assert ((made >= low) & (made <= high) & (sent.f >= exact[0]) & (sent.f <= exact[1])).all()
+
+
+def gap(of: Vehicle, f: np.ndarray, volts: float, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """The most (n,) that steps of commands take from thrusts f (n,) [N], from all thrusts that can be made.
+
+    Half the way between the two beside f; all of it where the nearer lies beyond a limit, and in a dead band
+    whose thrusts go to neutral.
+    """
+    allowed = np.empty(of.n)
+    for i, esc in enumerate(of.esc):
+        u = np.arange(esc.low, esc.high + esc.step / 2, esc.step)
+        makes = np.unique(of.thrusts(np.tile(u[:, None], (1, of.n)), volts)[:, i])
+        at = np.clip(np.searchsorted(makes, f[i]), 1, len(makes) - 1)
+        below, above = makes[at - 1], makes[at]
+        whole = below < low[i] or above > high[i] or (not esc.jump and 0.0 in (below, above))
+        allowed[i] = (above - below) * (1.0 if whole else 0.5)
+    return allowed
+
+
+def random_vehicle(folder: Path, rng: np.random.Generator) -> Vehicle:
+    """Four thrusters with curves at two voltages and limits beyond some of them; a level for each axis."""
+    curve = {}
+    for volts, most in ((12.0, 1.0), (16.0, float(rng.uniform(1.2, 2.5)))):
+        astern, ahead = (most * rng.uniform([15.0, 20.0], [25.0, 35.0])).tolist()
+        curve[volts] = [[1100, -astern], [1300, -0.3 * astern], [1470, 0], [1530, 0], [1900, ahead]]
+    esc = {**USUAL, "curve": curve, "dead_band": rng.choice(["jump", "neutral"]).item()}
+    T = rng.uniform(-1.0, 1.0, (3, 4)).round(2).tolist()
+    levels = rng.permutation(["surge", "sway", "yaw"])[:, None].tolist()
+    ends = {"f_min": rng.uniform(-60.0, -10.0, 4).tolist(), "f_max": rng.uniform(15.0, 90.0, 4).tolist()}
+    return vehicle(folder, esc | {"step": rng.choice([1, 4]).item()}, T=T, priority=levels, **ends)
+
+
+@pytest.mark.parametrize("method", ["scaled", "priority"])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(each, marks=pytest.mark.long) for each in (1, 2))])
+def test_shares_are_of_what_the_escs_make_at_any_voltage(method: str, seed: int, tmp_path: Path) -> None:
+    """With 12 V of a curve that ends lower there, shares were 1 and the thrusts made gave a half or less."""
+    rng = np.random.default_rng(seed)
+    of = random_vehicle(tmp_path, rng)
+    files = generate(of, method, limits="call", esc=True, faults="none")
+    units = {name: text for name, text in files.items() if "/" not in name and not name.endswith(".md")}
+    library = ctypes.CDLL(str(compiled.shared_library(f"esc_share_{method}_{seed}", units)))
+    send, pointer = library[f"wired_{method}_call_to_esc"], np.ctypeslib.ndpointer(dtype=np.float64)
+    commands = np.ctypeslib.ndpointer(dtype=np.int16)
+    send.argtypes = [*[pointer] * 3, ctypes.c_int, ctypes.c_double, commands, pointer, pointer]
+    allocate, levels = build(method, of), of.priority if method == "priority" else (of.dof,)
+    u, made, share = np.zeros(4, np.int16), np.zeros(4), np.zeros(len(levels))
+    below_one = 0
+    for volts in rng.uniform(10.0, 18.0, 100).tolist():
+        tau = of.T @ rng.uniform(of.f_min, of.f_max) * rng.uniform(0.0, 1.5)
+        low, high = of.esc_limits(volts)
+        answer = allocate(tau, low, high)
+        status = send(tau, of.f_min.copy(), of.f_max.copy(), -1, volts, u, made, share)
+        assert share == pytest.approx(answer.share, abs=1e-6)
+        sent, allowed = of.commands(answer.f, volts), gap(of, answer.f, volts, low, high) + 1e-6
+        assert u.tolist() == sent.u.tolist()
+        assert made == pytest.approx(of.thrusts(u, volts), abs=1e-9)
+        assert (np.abs(made - answer.f) <= allowed).all()
+        wrench, missed = of.TP @ made, np.abs(of.TP) @ allowed
+        for axes, delivered in zip(levels, share, strict=True):
+            rows = [of.dof.index(axis) for axis in axes]
+            assert (np.abs(wrench - delivered * tau)[rows] <= missed[rows]).all()
+        assert (wrench * np.sign(tau) >= -missed).all()
+        assert status != Status.SOLVED or (np.abs(wrench - tau) <= missed).all()
+        assert status == Status.PARTIAL or (share == 1).all()
+        below_one += (share < 1).any()
+    assert 20 < below_one < 80
 
 
 def test_a_thruster_that_is_off_and_a_demand_that_is_not_met_are_neutral(tmp_path: Path) -> None:
