@@ -2,6 +2,7 @@
 
 import traceback
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -56,7 +57,9 @@ def command(
     it delivered of each level of the demand. Where a method says that there is no such thrust, its numbers
     are nan. With --esc there follow u0,u1,…, what goes to the ESCs by the vehicle's `esc`, neutral where
     there is no thrust, and made_surge, … [N, N m], the wrench that these commands make, in --frame, else in
-    the vehicle's; then the log's t [s] and volts [V], where it has them, and the frame, frd or flu.
+    the vehicle's; then the log's t [s] and volts [V], where it has them, and the frame, frd or flu. Thrusts
+    lie within what the ESCs make at the row's voltage, or at the nominal one, so shares are those of the
+    wrench made, but for the steps of the commands.
 
     Where a plug-in's answer is wrong by the equations, nothing is written and a line says which: asked are
     wrench, limits and shares. Whether it is the optimum that FORMULATION promises, `run` says.
@@ -85,6 +88,12 @@ def command(
         (answering,) = with_fault(answering, fault)
     log = log_for(answering, demands, read_options(**options))
     lows, highs = limits_in(demands, log.columns, answering)
+    if esc:
+        low, high = answering.esc_limits(log.columns.get("volts"), lows, highs)
+        if lows is None:  # one pair for all rows: the vehicle's own, so a plug-in need take no limits
+            answering = replace(answering, f_min=low, f_max=high)
+        else:
+            lows, highs = low, high
     calls = [log.taus] if lows is None or highs is None else [log.taus, lows, highs]
 
     def answered() -> "tuple[list[Allocation], dict[str, Any]]":

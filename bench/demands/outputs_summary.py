@@ -8,6 +8,7 @@ from alloc import Vehicle, alpha_max
 from alloc.allocation import BoolArray, FloatArray
 from alloc.reach.attainable import single_axis_maxima
 from alloc.vehicle.geometry import unit
+from alloc.vehicle.limits import Interval
 from bench.demands import ATTAINED
 from bench.demands.log_summary import aligned
 from bench.inputs.columns import VOLTS
@@ -75,7 +76,7 @@ def made_by(outputs: Outputs, vehicle: Vehicle, scale: tuple[float, ...] = ()) -
     if outputs.taus is not None:
         alone = full_authority(vehicle) if outputs.shares and not scale else 1.0
         factors = np.broadcast_to(scale or alone, (vehicle.k,))
-        undone = _undone(vehicle, outputs.taus * factors, taus, _limits(vehicle, volts))
+        undone = _undone(vehicle, outputs.taus * factors, taus, _limits(vehicle, volts, len(u)))
     return Delivered(f, taus, at_end.mean(axis=0), dead.mean(axis=0), outside, undone)
 
 
@@ -102,19 +103,20 @@ def full_authority(vehicle: Vehicle) -> FloatArray:
     return smaller
 
 
-def _limits(vehicle: Vehicle, volts: FloatArray | None) -> tuple[FloatArray | None, FloatArray | None]:
-    """The vehicle's limits at each voltage (N, n) [N], as those of the curve's nearest end beyond it."""
-    if volts is None or vehicle.by_volts is None:
-        return None, None
-    low, high = vehicle.by_volts.between(volts)
-    return np.fmax(low, vehicle.f_min), np.fmin(high, vehicle.f_max)  # of NaN volts the vehicle's own
+def _limits(vehicle: Vehicle, volts: FloatArray | None, count: int) -> Interval:
+    """What ESCs make within the limits at each voltage (count, n) [N], beyond the table those of its end."""
+    low, high = (np.tile(side, (count, 1)) for side in (vehicle.f_min, vehicle.f_max))
+    if volts is not None and vehicle.by_volts is not None:
+        at_least, at_most = vehicle.by_volts.between(volts)
+        low, high = np.fmax(at_least, low), np.fmin(at_most, high)  # of NaN volts the vehicle's own
+    return vehicle.esc_limits(volts, low, high)
 
 
 def _undone(
     vehicle: Vehicle,
     asked: FloatArray,
     made: FloatArray,
-    limits: tuple[FloatArray | None, FloatArray | None],
+    limits: Interval,
 ) -> Undone | None:
     known = np.array([np.isfinite(column).any() for column in asked.T])
     if not known.any():
@@ -123,7 +125,7 @@ def _undone(
     if not rows.any():
         return None
     asked = asked[rows]
-    low, high = (None if side is None else side[rows] for side in limits)
+    low, high = (side[rows] for side in limits)
     missed = np.abs(asked - made[rows])[:, known]
     axes = tuple(axis for axis, there in zip(vehicle.dof, known.tolist(), strict=True) if there)
     attainable: BoolArray = np.ones(len(asked), dtype=bool)

@@ -238,6 +238,61 @@ def test_with_esc_each_row_has_the_commands_and_the_wrench_that_they_make(tmp_pa
     assert {infeasible[f"u{i}"] for i in range(8)} == {"1500"}
 
 
+WIRED = """\
+name: wired
+dof: [surge, sway, yaw]
+T: [[1, 1, 1, 1], [1, -1, -1, 1], [0.3, 0.3, -0.3, -0.3]]
+f_min: -40
+f_max: 60
+priority: [[yaw], [sway], [surge]]
+esc:
+  neutral: 1500
+  range: [1100, 1900]
+  volts: 16
+  curve:
+    12: [[1100, -20], [1470, 0], [1530, 0], [1900, 25]]
+    16: [[1100, -40], [1470, 0], [1530, 0], [1900, 51]]
+"""
+"""Limits beyond the curve at 16 V, and far beyond that at 12 V."""
+
+
+@pytest.mark.parametrize("method", ["scaled", "priority"])
+@pytest.mark.parametrize(
+    ("volts", "table"),
+    [("", ""), (",12", ""), (",14.5", ""), (",12", "volts: {12: [-40, 60], 16: [-40, 60]}\n")],
+)
+def test_with_esc_shares_are_those_of_the_wrench_that_the_commands_make(
+    method: str, volts: str, table: str, tmp_path: Path
+) -> None:
+    """Limits of 60 N gave shares of 1 at 16 V, where ESCs make 51 N; so did a table of limits at 12 V."""
+    (tmp_path / "wired.yaml").write_text(WIRED + table)
+    demands, tau = tmp_path / "demands.csv", np.array([210.0, 45.0, 18.0])
+    demands.write_text(f"surge,sway,yaw{',volts' * bool(volts)}\n210,45,18{volts}\n10,2,1{volts}\n")
+    result = allocate(demands, "--vehicle", tmp_path / "wired.yaml", "--method", method, "--esc")
+    cut, met = csv.DictReader(result.stdout.splitlines())
+    share = np.array([float(cut.get(f"share{level}") or cut["share0"]) for level in (2, 1, 0)])
+    made = np.array([float(cut[f"made_{axis}"]) for axis in ("surge", "sway", "yaw")])
+    step = 51 / 370 / 2
+    assert share.min() < 1
+    assert (np.abs(made - share * tau) <= step * np.array([4, 4, 1.2])).all()
+    assert (cut["status"], met["status"], met["share0"]) == ("PARTIAL", "SOLVED", "1")
+
+
+def test_with_esc_a_plug_in_s_function_of_the_demand_alone_is_held_to_what_the_escs_make(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "wired.yaml").write_text(WIRED)
+    plugin, demands = tmp_path / "spread.py", tmp_path / "demands.csv"
+    plugin.write_text(
+        "import numpy as np\n\nLIMITED = True\n\n\ndef build(vehicle):\n"
+        "    return lambda tau: np.clip(np.linalg.pinv(vehicle.T) @ tau, vehicle.f_min, vehicle.f_max)\n"
+    )
+    demands.write_text("surge,sway,yaw\n220,0,0\n")
+    asked = ("--vehicle", tmp_path / "wired.yaml", "--method", "spread", "--plugin", plugin, "--esc")
+    (row,) = csv.DictReader(allocate(demands, *asked).stdout.splitlines())
+    assert (row["status"], row["f0"], row["made_surge"]) == ("PARTIAL", "51", "204")
+
+
 def test_esc_of_a_vehicle_without_one_is_refused(demands: Path) -> None:
     result = allocate(demands, "--vehicle", "ukwial", "--method", "pinv", "--esc")
     assert "add 'esc' to its file" in str(result.exception)

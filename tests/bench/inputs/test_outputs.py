@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from alloc import Allocation, AllocError, Status, load_vehicle
+from alloc import Allocation, AllocError, Status, alpha_max, load_vehicle
 from alloc.allocation import FloatArray
 from bench.__main__ import cli
 from bench.demands.outputs_summary import as_text, columns_of, full_authority, made_by
@@ -89,6 +89,19 @@ def test_a_mixer_that_did_its_work_left_the_rounding_undone_and_one_that_halves_
     assert (well.most < 0.02 * full_authority(VEHICLE)[rows]).all()  # eight half steps of up to 0.16 N
     asked: FloatArray = np.abs(TAUS[:, rows]).mean(axis=0)
     assert half.mean == pytest.approx(asked / 2, rel=0.1)
+
+
+def test_demands_beyond_what_the_escs_make_could_not_be_met_whatever_the_limits_say(tmp_path: Path) -> None:
+    """Limits of 60 N, of which the curve makes 51 N at 16 V."""
+    wide = replace(VEHICLE, by_volts=None)
+    low, high = wide.esc_limits(VOLTS)
+    taus = np.outer(np.repeat([1.02, 0.98], 25), TAUS[9])
+    taus *= alpha_max(wide, np.tile(TAUS[9], (50, 1)), low, high)[:, None]
+    assert (alpha_max(wide, taus) > 1).all()
+    outputs = read_outputs(csv(tmp_path), VEHICLE)._replace(taus=taus)
+    undone = made_by(outputs, wide).undone
+    assert undone is not None
+    assert undone.attainable == 0.5
 
 
 def test_demands_and_times_beside_commands_are_found_as_in_a_log_of_demands(tmp_path: Path) -> None:
