@@ -137,7 +137,7 @@ def _esc(last: EscCode) -> str:
 ```
 
 A command makes what is nearest to its thrust within the limits; NaN, and what nothing is allocated for, is
-neutral.
+neutral.{" Limits are cut at the ends of the curves at `volts` before." * bool(limits)}
 `{name}_esc(f, {limits}volts, command, f_made)` takes thrusts. The self-test:
 
     cc -std=c99 -O2 -I. {name}.c {name}_esc.c test/{name}_esc_test.c -o esc_test && ./esc_test

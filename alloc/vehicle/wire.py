@@ -35,12 +35,12 @@ def limits(
     name: str, escs: Sequence[Esc], volts: ArrayLike | None, f_min: ArrayLike, f_max: ArrayLike
 ) -> Interval:
     """As ``Vehicle.esc_limits``, with the limits given."""
-    sides = np.broadcast_arrays(np.asarray(f_min, np.float64), np.asarray(f_max, np.float64))
-    if sides[0].ndim == 1 and np.ndim(volts) == 1:
-        sides = [np.tile(side, (np.size(volts), 1)) for side in sides]
+    sides = np.stack(np.broadcast_arrays(np.asarray(f_min, np.float64), np.asarray(f_max, np.float64)))
+    if volts is not None and sides.ndim == 2 and np.ndim(volts) == 1:
+        sides = np.repeat(sides[:, None], np.size(volts), axis=1)
     low, at, single = _rows(name, escs, sides[0], volts, "f_min")
     high, *_ = _rows(name, escs, sides[1], volts, "f_max")
-    low, high, crossed = low.copy(), high.copy(), ~(low <= high)
+    crossed = ~(low <= high)
     kept = low[crossed], high[crossed]
     for esc, columns in _alike(escs):
         ends = [end[:, None] for end in esc.span(_nominal(esc, at))]

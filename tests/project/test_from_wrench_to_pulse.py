@@ -18,14 +18,17 @@ HEAVY = load_vehicle("bluerov2-heavy")
 TAU = [20.0, -10.0, 30.0, 1.0, 0.5, 2.0]
 MAIN = """\
 #include <stdio.h>
-#include "bluerov2_heavy_scaled_float_esc.h"
+#include "bluerov2_heavy_scaled_call_float_esc.h"
 
 int main(void)
 {
     const float tau[6] = {20.0F, -10.0F, 30.0F, 1.0F, 0.5F, 2.0F};
     int16_t command[8];
     float f_made[8], share[1];
-    const int status = bluerov2_heavy_scaled_float_to_esc(tau, -1, 15.2F, command, f_made, share);
+    const float low[8] = {-40, -40, -40, -40, -40, -40, -40, -40};
+    const float high[8] = {60, 60, 60, 60, 60, 60, 60, 60};
+    const int status =
+        bluerov2_heavy_scaled_call_float_to_esc(tau, low, high, -1, 15.2F, command, f_made, share);
     for (int i = 0; i < 8; i++) {
         printf("%d ", command[i]);
     }
@@ -46,7 +49,7 @@ def test_from_a_wrench_to_eight_pulse_widths_in_c(tmp_path: Path) -> None:
     typed("codegen --vehicle bluerov2-heavy", tmp_path)
     firmware = tmp_path / "firmware"
     (firmware / "main.c").write_text(MAIN, encoding="utf-8")
-    name = "bluerov2_heavy_scaled_float"
+    name = "bluerov2_heavy_scaled_call_float"
     command = [*compiled.compiler(), "-std=c99", "-O1", f"{name}.c", f"{name}_esc.c", "main.c", "-o", "main"]
     subprocess.run(command, cwd=firmware, check=True)
     done = subprocess.run(["./main"], cwd=firmware, check=True, capture_output=True, text=True)

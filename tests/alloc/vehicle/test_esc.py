@@ -221,6 +221,22 @@ def test_a_vehicle_without_esc_says_what_to_add() -> None:
         load_vehicle("ukwial").commands(np.ones(4))
 
 
+def test_limits_of_a_call_are_cut_at_the_ends_of_the_curve_and_crossed_ones_stay() -> None:
+    vehicle = load_vehicle(HEAVY)
+    ends = vehicle.esc_limits(12, np.full(8, -99), np.full(8, 99))
+    for side, limits in enumerate(ends):
+        assert vehicle.thrusts(np.full(8, (1100, 1900)[side]), 12) == pytest.approx(limits)
+    low, high = vehicle.esc_limits([3, 12], np.full(8, 50.0), np.full(8, 55.0))  # wholly beyond
+    assert low.shape == (2, 8)
+    assert low[1] == pytest.approx(ends[1])
+    assert np.array_equal(low, high)
+    inside, crossed = (
+        vehicle.esc_limits(12, [-1.0] * 8, [2.0] * 8),
+        vehicle.esc_limits(12, [99.0] * 8, [2.0] * 8),
+    )
+    assert [side[0] for side in (*inside, *crossed)] == [-1, 2, 99, 2]
+
+
 def test_limits_left_out_are_the_ends_of_the_curve_at_the_nominal_voltage(tmp_path: Path) -> None:
     vehicle = written(
         tmp_path,
