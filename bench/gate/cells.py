@@ -2,6 +2,7 @@
 
 import fnmatch
 from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
 from glob import escape
 from typing import Any
 
@@ -20,6 +21,9 @@ METHODS = (
 DEFAULT_CELLS = tuple(f"{vehicle}:{method}" for vehicle in VEHICLES for method in METHODS)
 """Closed forms, the exact method, practical rules and QP paths, on four thrusters and on eight."""
 
+NEAR = 8
+"""Most cells that a refusal names."""
+
 Demands = Mapping[str, list[list[float]]]
 """By vehicle, the demands (N, k) [N, N m] that its cells are timed with."""
 
@@ -36,6 +40,19 @@ def chosen(cells: Sequence[Sequence[str]], patterns: Sequence[str]) -> list[Gate
             fnmatch.fnmatchcase(cell.name, p) or fnmatch.fnmatchcase(cell.name, f"{p}:*") for p in patterns
         )
     ]
+
+
+def unmatched(cells: Sequence[Sequence[str]], pattern: str) -> str:
+    """The refusal of a pattern that fits no cell, with cells of its method, else like it, or all."""
+    vehicle, method, *_ = *pattern.split(":"), ""
+    names = list(dict.fromkeys(cell.name for cell in chosen(cells, ["*"])))
+    of_method = [f"{vehicle}:{method or '*'}", f"*:{method or vehicle}"]
+    fitting = ([cell.name for cell in chosen(cells, [asked])] for asked in of_method)
+    close = get_close_matches(pattern, names, n=3, cutoff=0.8)
+    of_vehicle = [cell.name for cell in chosen(cells, [f"{vehicle}:*"])]
+    near = list(dict.fromkeys(next(filter(None, (*fitting, close, of_vehicle, names)), ["none"])))
+    more = f" and {len(near) - NEAR} more" if len(near) > NEAR else ""
+    return f"no cell of either side fits {pattern}; there are {', '.join(near[:NEAR])}{more}"
 
 
 def among(vehicles: Sequence[str], patterns: Sequence[str]) -> list[str]:

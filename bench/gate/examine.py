@@ -13,7 +13,7 @@ from bench.demands import labelled
 from bench.demands.store import Case
 from bench.gate.answers import calls, state
 from bench.gate.asked import demand_sets, nobody, timed_demands
-from bench.gate.cells import CONTROL_DEMANDS, DEFAULT_CELLS, chosen, controls
+from bench.gate.cells import CONTROL_DEMANDS, DEFAULT_CELLS, chosen, controls, unmatched
 from bench.gate.given import unpacked
 from bench.gate.judged import fails, judge_cell, judge_new
 from bench.gate.prober import Prober
@@ -44,11 +44,10 @@ def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
     """
     of_base = {cell.name: cell for cell in chosen(base.cells, patterns)}
     of_head = {cell.name: cell for cell in chosen(head.cells, patterns)}
+    there = [*base.cells, *head.cells]
     for pattern in patterns:
-        if pattern not in DEFAULT_CELLS and not chosen([*base.cells, *head.cells], [pattern]):
-            raise UnknownName(f"no cell of either side fits {pattern}; write vehicle:method:start")
-    if not of_base and not of_head:
-        raise UnknownName(f"no cell of either side fits {', '.join(patterns)}; write vehicle:method:start")
+        if not chosen(there, [pattern]) and (pattern not in DEFAULT_CELLS or not (of_base or of_head)):
+            raise UnknownName(unmatched(there, pattern))
     examined = Examined(controls(), {CONTROL: CONTROL_DEMANDS}, [])
     by_vehicle: dict[str, list[GateCell]] = {}
     for name, cell in (of_base | of_head).items():

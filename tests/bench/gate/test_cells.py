@@ -3,7 +3,7 @@
 import pytest
 
 from alloc.errors import UnknownName
-from bench.gate.cells import among, chosen
+from bench.gate.cells import among, chosen, unmatched
 
 
 def test_patterns_choose_cells_with_and_without_the_start() -> None:
@@ -25,3 +25,30 @@ def test_patterns_are_for_the_vehicles_that_are_named_beside_them() -> None:
         UnknownName, match=r"--cells ukwial:mine: is for none of --vehicle a.yaml --vehicle b"
     ):
         among(["a.yaml", "b.yaml"], ["ukwial:mine"])
+
+
+@pytest.mark.parametrize(
+    ("pattern", "named"),
+    [
+        ("*:plain:cold", "ukwial:plain:-, nautilus:plain:-"),
+        ("ukwial:qp/daqp:hot", "ukwial:qp/daqp:warm, ukwial:qp/daqp:cold"),
+        ("tiburon:plain", "ukwial:plain:-, nautilus:plain:-"),
+        ("plain", "ukwial:plain:-, nautilus:plain:-"),
+        ("ukwial:plane", "ukwial:plain:-"),
+        ("nautilus:magic", "nautilus:plain:-"),
+        ("tiburon:magic", "ukwial:plain:-, ukwial:qp/daqp:warm, ukwial:qp/daqp:cold, nautilus:plain:-"),
+    ],
+)
+def test_a_pattern_that_fits_nothing_is_told_the_cells_that_there_are_instead(
+    pattern: str, named: str
+) -> None:
+    """'*:plain:cold' was told to be vehicle:method:start, which it was; plain has no start but '-'."""
+    cells = [
+        ["ukwial", "plain", "-"],
+        ["ukwial", "qp/daqp", "warm"],
+        ["ukwial", "qp/daqp", "cold"],
+        ["nautilus", "plain", "-"],
+    ]
+    assert unmatched([*cells, *cells], pattern) == f"no cell of either side fits {pattern}; there are {named}"
+    many = [["ukwial", f"m{i}", "-"] for i in range(20)]
+    assert unmatched(many, "ukwial:*:cold").endswith("ukwial:m7:- and 12 more")

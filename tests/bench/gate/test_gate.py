@@ -194,4 +194,4 @@ def test_cell_patterns_that_fit_nothing_are_bad_usage(repository: Path) -> None:
 
 def test_a_pattern_that_fits_no_cell_is_named_among_others_that_do(repository: Path) -> None:
     result = gate(repository, lambda _: None, "--always", "--cells", "ukwial:pinvv")
-    assert "no cell of either side fits ukwial:pinvv" in str(result.exception)
+    assert "no cell of either side fits ukwial:pinvv; there are ukwial:pinv:-" in str(result.exception)
