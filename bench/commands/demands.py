@@ -44,7 +44,8 @@ def command(log: Path, vehicle: str, from_outputs: bool, output: Path | None, **
     if output is not None:
         write_text(output, format_demands(t, taus, answering.dof, columns, frame=answering.frame))
     echo(read.said, err=True)  # at last, since a refusal is one line
-    of_numbers = doubts(demands.name, answering.name, demands.alpha, demands.rate_hz, shares=read.shares)
+    names, units = (demands.name, answering.name), read.with_unit
+    of_numbers = doubts(*names, demands.alpha, demands.rate_hz, shares=read.shares, with_unit=units)
     for doubt in filter(None, (read.doubt, *of_numbers)):
         echo(f"warning: {doubt}", err=True)
 
@@ -59,6 +60,7 @@ def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
     from bench.inputs.logs import rate_hz
     from bench.inputs.outputs import read_outputs
     from bench.inputs.shares import like_shares
+    from bench.inputs.units import TIME
 
     given = read_options(**options)
     vehicle = load_vehicle(name)
@@ -82,7 +84,8 @@ def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
     echo(outputs.said, err=True)
     if held:
         echo(f"{output}: {held}", err=True)
-    for doubt in filter(None, (outputs.doubt, *of_rate(log.stem, rate_hz(outputs.t), nameable=False))):
+    of_times = of_rate(log.stem, rate_hz(outputs.t), said=TIME in outputs.with_unit)
+    for doubt in filter(None, (outputs.doubt, *of_times)):
         echo(f"warning: {doubt}", err=True)
     if outputs.taus is None or given.scale:
         return
@@ -91,6 +94,8 @@ def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
             "the log has demands in shares; 1 is taken for what the vehicle can do on an axis alone,"
             " in the weaker direction; --scale says what it is in N, N m"
         )
+    elif outputs.with_unit & {*vehicle.dof}:
+        doubt = ""
     else:
         doubt = like_shares(log, vehicle, outputs.taus)
     if doubt:

@@ -209,7 +209,14 @@ def _from_file(path: Path, vehicle: Vehicle, n: int | None, options: "LogOptions
     unmet = _unmet(margins.label, margins.alpha) & ~crossed
     low, high = (None if side is None else side[:n] for side in (low, high))
     demands = labelled(path.stem, vehicle, np.array(log.taus[:n]), low, high, rate_hz=rate_hz(log.t))
-    doubted = doubts(demands.name, vehicle.name, demands.alpha, demands.rate_hz, shares=log.shares)
+    doubted = doubts(
+        demands.name,
+        vehicle.name,
+        demands.alpha,
+        demands.rate_hz,
+        shares=log.shares,
+        with_unit=log.with_unit,
+    )
     gaps = after_gaps(log.t)
     return replace(
         demands,

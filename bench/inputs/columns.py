@@ -22,6 +22,8 @@ _OTHERS = {
 """Words that stand for another unit, a share, or no force at all, of which nothing here knows the factor."""
 _WITHIN = re.compile(r"[\W_]+|(?<=[a-jln-z])(?=(?:kNm?|Nm|[lL]bf|[kK]gf)(?![A-Za-z]))")
 """What parts the words of a name: signs, and a small letter before a unit, as in ``FxkN``."""
+_MOTION = re.compile(r"/|deg|°|rad|rpm|^(?:m|mm|cm|s|us|µs|pwm|mps)$", re.IGNORECASE)
+"""Units of an attitude, a speed, a place or a pulse: no demand under a name that could be one."""
 _UNITS = {unit.lower() for unit in (*FORCE, *MOMENT, *_OTHERS) if len(unit) > 1}
 """Words of a name that are units of a force or a moment, and not an axis, as N may be."""
 
@@ -90,17 +92,35 @@ def assign(
         elif quantity != TIME and every:
             missing.append(quantity)
     if missing:
-        shown = listed(
-            [f"{name} [{u}]" if (u := _below(name, units, i)) else name for i, name in enumerate(header)]
-        )
-        raise DemandError(
-            f"{place}: no column {' or '.join(map(repr, missing))} among {shown}; name"
-            f" {'them' if missing[1:] else 'it'} there, or as in"
-            f" --columns {','.join(f'{quantity}=NAME' for quantity in missing)}"
-        )
+        raise DemandError(f"{place}: {_missed(header, units, missing)}")
     if TIME in found:
         found[TIME] = found[TIME]._replace(rest=_nanoseconds(header, found[TIME].name))
     return found
+
+
+def _missed(header: Sequence[str], units: Sequence[str], missing: Sequence[str]) -> str:
+    """The refusal of a table in which some DOF have no column, or only one in a unit that is not known."""
+    shown = [f"{name} [{u}]" if (u := _below(name, units, i)) else name for i, name in enumerate(header)]
+    found = {quantity: _of_unknown_unit(header, units, quantity) for quantity in missing}
+    odd = {quantity: name for quantity, name in found.items() if name}
+    parts = []
+    if absent := [quantity for quantity in missing if quantity not in odd]:
+        parts.append(
+            f"no column {' or '.join(map(repr, absent))} among {listed(shown)}; name"
+            f" {'them' if absent[1:] else 'it'} there, or as in"
+            f" --columns {','.join(f'{quantity}=NAME' for quantity in absent)}"
+        )
+    if odd:
+        named = [repr(shown[list(header).index(name)][:40]) for name in odd.values()]
+        kinds = dict.fromkeys(
+            f"{', '.join(known(q))} for a {'moment' if q in MOMENTS else 'force'}" for q in odd
+        )
+        taken = ",".join(f"{q}={name} [{next(iter(known(q)))}]" for q, name in odd.items())
+        parts.append(
+            f"the unit of {' and '.join(named)} is not known, expected {' and '.join(kinds)}; convert it in"
+            f" the file, or --columns '{taken}' and --scale with how many N or N m it is"
+        )
+    return "; ".join(parts)
 
 
 def parse_columns(text: str) -> dict[str, str]:
@@ -125,6 +145,29 @@ def listed(names: Sequence[str], most: int = 12) -> str:
 def maybe_angle(column: Column, quantity: str) -> bool:
     """Whether nothing but a DOF's own name, as ``yaw``, says that a column is a moment and no attitude."""
     return quantity in MOMENTS and words_of(column.name) == [quantity] and not column.unit
+
+
+def units_said(found: Mapping[str, Column], given: Mapping[str, str], *, dates: bool) -> set[str]:
+    """The quantities ``found`` whose unit the file says, as ``dates`` do, or the user in a ``given`` name."""
+    said = {TIME} if dates else set[str]()
+    for quantity, column in found.items():
+        names = (column.name, given.get(quantity, ""))
+        spelt = any(pattern.fullmatch(name) for name in names for pattern in (_UNIT, _SUFFIX))
+        if spelt or column.unit or column.factor not in (None, 1.0) or column.rest is not None:
+            said.add(quantity)
+    return said
+
+
+def _of_unknown_unit(header: Sequence[str], units: Sequence[str], quantity: str) -> str:
+    """The first column that would be a DOF if its unit were known, and no motion's; empty without one."""
+    for i, name in enumerate(header):
+        match = _UNIT.fullmatch(name)
+        bare, unit = (match["name"], match["unit"]) if match else (name, _below(name, units, i))
+        if not unit and (spelt := _spelt(name, quantity)):
+            bare, unit = re.sub(rf"[\W_]*(?i:{re.escape(spelt)})[\W_]*$", "", name), spelt
+        if unit and says(bare, quantity) and factor_to(quantity, unit) is None and not _MOTION.search(unit):
+            return name
+    return ""
 
 
 def untimed(header: Sequence[str], units: Sequence[str]) -> str:
@@ -160,11 +203,13 @@ def _named(place: str, header: Sequence[str], units: Sequence[str], quantity: st
             factor = factor_to(quantity, bare["unit"])
         else:
             continue
-        if factor is None and quantity != TIME:
+        if factor is None and (quantity != TIME or name != wanted):
+            other = "and of another unit with --scale how many of these it is"
+            if quantity == TIME:
+                other = "and none where there are dates"
             raise DemandError(
                 f"{place}: the unit of {wanted[:40]!r} is none of {', '.join(known(quantity))}; say which it"
-                f" is, as in --columns '{quantity}=NAME [{next(iter(known(quantity)))}]', and of another unit"
-                " with --scale how many of these it is"
+                f" is, as in --columns '{quantity}=NAME [{next(iter(known(quantity)))}]', {other}"
             )
         return Column(i, name, factor, unit=below)
     raise DemandError(

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from alloc.errors import FileError
 from alloc.files.textfile import read_text
-from bench.inputs.columns import VOLTS, Column
+from bench.inputs.columns import VOLTS, Column, unit_of
 from bench.inputs.csv_text import is_number
 from bench.inputs.frames import frame_in
 from bench.inputs.units import FORCE, MOMENT, SECONDS, TIME
@@ -54,7 +54,20 @@ class Cells:
     times: str = ""
 
     def stamped(self, column: Column) -> Column:
-        """The time's column, in seconds where its cells are dates, whatever resolution its name says."""
+        """The time's column, in seconds where its cells are dates, whatever resolution its name says.
+
+        Raises FileError where these are numbers in a unit that is not known.
+        """
+        if (
+            self.times != "dates"
+            and column.factor is None
+            and (unit := unit_of(column.name, self.units, column.place))
+        ):
+            raise self.refused(
+                self.line,
+                f"the unit of {column.name[:40]!r} is {unit[:40]!r}, none of {', '.join(SECONDS)}; convert it"
+                " in the file, or leave it out of --columns",
+            )
         return column._replace(factor=1.0) if self.times == "dates" else column
 
     def number(self, line: int, column: str, cell: str, most: float) -> float:

@@ -1,6 +1,6 @@
 """Reads demands from CSV and writes thrusts as CSV, for users' scripts and from loggers."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from math import nan
 from pathlib import Path
 from typing import NamedTuple
@@ -11,7 +11,7 @@ from alloc import Allocation, Status
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from alloc.vehicle import LARGEST
-from bench.inputs.columns import VOLTS, Column, assign
+from bench.inputs.columns import VOLTS, Column, assign, units_said
 from bench.inputs.csv_text import csv_text, is_number
 from bench.inputs.delimited import is_blank, read_table
 from bench.inputs.frames import frame_comment, id_column, of_table
@@ -38,6 +38,7 @@ class Demanded(NamedTuple):
     named : the names of the demands' columns
     doubt : what else may be wrong, in a line; empty for nothing
     shares : whether taus are known to be shares of what the vehicle can do [-]
+    with_unit : quantities whose unit the log or the user says, so that no other one is guessed
     converted : (k,) names of columns whose unit was another, which is N or N m now; empty for others
     """
 
@@ -51,6 +52,7 @@ class Demanded(NamedTuple):
     named: tuple[str, ...] = ()
     doubt: str = ""
     shares: bool = False
+    with_unit: Set[str] = frozenset()
     converted: tuple[str, ...] = ()
 
 
@@ -136,7 +138,10 @@ def read_demands(
     framed = of_table(path, table.frame, ids)
     converted = tuple(found[axis].name if found[axis].factor != 1 else "" for axis in dof)
     doubt = "; ".join(filter(None, doubts))
-    return Demanded(times, taus, said, by_name, *framed, named, doubt, converted=converted)
+    with_unit = units_said(found, given, dates=table.times == "dates")
+    return Demanded(
+        times, taus, said, by_name, *framed, named, doubt, with_unit=with_unit, converted=converted
+    )
 
 
 def _still(path: Path, times: FloatArray | None) -> str:

@@ -23,6 +23,7 @@ from bench.inputs.demand_csv import Demanded, read_demands
 from bench.inputs.frames import doubted, frame_of, met
 from bench.inputs.shares import like_shares
 from bench.inputs.time_order import in_order
+from bench.inputs.units import TIME
 
 GAP = 3.0
 """A step longer than this many median steps is a gap: at least two samples in a row are missing."""
@@ -126,7 +127,8 @@ def read_log(
         said += f"; {blank} rows without a demand"
     doubt = "" if options.frame else log.framed
     shares = log.shares and not options.scale
-    return Demanded(t, _scaled(taus, dof, options.scale), said, doubt=doubt, shares=shares)
+    taus = _scaled(taus, dof, options.scale)
+    return Demanded(t, taus, said, doubt=doubt, shares=shares, with_unit={TIME})
 
 
 def log_for(vehicle: Vehicle, path: Path, options: LogOptions | None = None) -> Demanded:
@@ -142,7 +144,7 @@ def log_for(vehicle: Vehicle, path: Path, options: LogOptions | None = None) -> 
     if log.shares:
         doubt = f"{path.name}: setpoints are shares of 1, taken for N and N m; --scale says what 1 is"
         log = _doubting(log, doubt)
-    elif not options.scale:
+    elif not options.scale and not log.with_unit & {*vehicle.dof}:
         log = _doubting(log, like_shares(path, vehicle, log.taus))
     if by_volts or VOLTS not in log.columns or VOLTS in options.columns:
         return log

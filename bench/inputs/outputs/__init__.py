@@ -4,7 +4,7 @@ A module has ``SUFFIXES`` of the files it reads and ``read(path, vehicle) -> Out
 the log's frame; ``COLUMNS`` where ``read`` also takes names of columns, ``TOPIC`` where it takes a topic.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,6 +15,7 @@ from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from bench.inputs.by_suffix import reader
 from bench.inputs.frames import doubted, frame_of, met
+from bench.inputs.units import TIME
 
 
 class Outputs(NamedTuple):
@@ -32,6 +33,7 @@ class Outputs(NamedTuple):
     frame, why : the frame that the log says of the demands, else empty, and where it says so
     framed : what may be wrong about that, in a line, which --frame settles; empty for nothing
     named : names of the demands' columns
+    with_unit : quantities whose unit the log or the user says, so that no other one is guessed
     doubt : what else may be wrong, in a line; empty for nothing
     """
 
@@ -45,6 +47,7 @@ class Outputs(NamedTuple):
     why: str = ""
     framed: str = ""
     named: tuple[str, ...] = ()
+    with_unit: Set[str] = frozenset({TIME})
     doubt: str = ""
 
 

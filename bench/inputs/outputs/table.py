@@ -8,7 +8,7 @@ import numpy as np
 from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
-from bench.inputs.columns import VOLTS, Column, assign
+from bench.inputs.columns import VOLTS, Column, assign, units_said
 from bench.inputs.delimited import TABLES, is_blank, read_table
 from bench.inputs.demand_csv import seconds
 from bench.inputs.frames import id_column, of_table
@@ -102,6 +102,7 @@ def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None)
         why=why,
         framed=framed,
         named=named,
+        with_unit=units_said(found, given, dates=table.times == "dates"),
         doubt=_in_millivolts(path, battery, vehicle)
         or passed_over(path, table, found, given, places.values())
         or like_angles(path, found, given)

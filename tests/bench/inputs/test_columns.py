@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from alloc import load_vehicle
-from alloc.errors import DemandError
+from alloc.errors import AllocError, DemandError
 from bench.demands import build_demands
 from bench.inputs.columns import parse_columns
 from bench.inputs.demand_csv import read_demands
@@ -454,3 +454,47 @@ def test_a_clock_in_a_table_with_decimal_commas_is_told_what_a_time_may_be(file:
     written(file, "time;surge;sway;yaw\n10:00:00.000;1,5;2;3\n10:00:00.020;1,5;2;4\n")
     message = refused(lambda: read_demands(file, DOF), file)
     assert "a date as 2024-05-01T12:00:00.02" in message
+
+
+@pytest.mark.parametrize(
+    ("header", "below", "named"),
+    [
+        ("roll [kgf cm]", "", "roll [kgf cm]"),
+        ("roll [Nmm]", "", "roll [Nmm]"),
+        ("roll_Nmm", "", "roll_Nmm"),
+        ("Mx", "Nmm", "Mx [Nmm]"),
+    ],
+)
+def test_a_moment_in_a_unit_that_is_not_known_is_told_so_with_what_reads_it(
+    header: str, below: str, named: str, tmp_path: Path
+) -> None:
+    """'no column roll' was said where the unit is what isn't known."""
+    file = tmp_path / "log.csv"
+    file.write_text(f"surge,{header}\n{f'N,{below}' if below else ''}\n1,50\n")
+    with pytest.raises(DemandError, match="convert it in the file") as raised:
+        read_demands(file, ("surge", "roll"))
+    assert f"the unit of {named!r} is not known, expected Nm, kNm, " in str(raised.value)
+    assert "no column" not in str(raised.value)
+    columns = parse_columns(str(raised.value).split("--columns '")[1].split("'")[0])
+    assert read_demands(file, ("surge", "roll"), columns).taus.tolist() == [[1, 50]]
+
+
+def test_forces_without_newtons_and_columns_that_are_not_there_are_told_at_once(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text("surge [%],roll [Nmm],yaw [deg]\n1,2,3\n")
+    with pytest.raises(DemandError) as raised:
+        read_demands(file, ("surge", "roll", "yaw"))
+    assert "no column 'yaw' among surge [%], roll [Nmm], yaw [deg]; name it there" in str(raised.value)
+    assert "the unit of 'surge [%]' and 'roll [Nmm]' is not known" in str(raised.value)
+    assert "lbf, kgf for a force and Nm" in str(raised.value)
+
+
+def test_times_in_a_unit_that_is_not_known_are_refused_but_dates_are_read(tmp_path: Path) -> None:
+    """'t=clock [ks]' was taken for seconds."""
+    file = tmp_path / "log.csv"
+    for header, told in (("clock [ks]", "clock [ks]"), ("clock", "clock [ks]")):
+        file.write_text(f"{header},surge\n1,2\n2,3\n")
+        with pytest.raises(AllocError, match=r"unit of 'clock \[ks\]' is .*none of s, sec"):
+            read_demands(file, ("surge",), {"t": told})
+    file.write_text("clock [UTC],surge\n2024-05-01T12:00:00,2\n2024-05-01T12:00:01,3\n")
+    assert np.ptp(np.asarray(read_demands(file, ("surge",), {"t": "clock [UTC]"}).t)) == 1
