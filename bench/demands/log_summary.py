@@ -85,7 +85,7 @@ def as_text(summary: Summary, demands: DemandSet) -> str:
         base = f"{s.under_demand_s:.2f} s"
         lines += [("duration", f"{s.duration_s:.2f} s, gaps included"), ("rate", f"{s.rate_hz:.4g} Hz")]
         lines.append(("gaps", f"{s.gaps}, the longest {s.longest_gap_s:.3g} s" if s.gaps else "none"))
-        lines.append(("time under demands", f"{base}: each holds until the next, over a gap for one step"))
+        lines.append(("time under demands", f"{base}; a gap counts one step"))
     for label, share in s.share.items():
         lines.append((label.name.lower(), f"{100 * share:.2f} % of {base}"))
     lines.append(("closed form within limits", f"{100 * s.closed_form:.2f} % of {base}"))

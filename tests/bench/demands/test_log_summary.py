@@ -74,7 +74,7 @@ def test_shares_and_times_of_a_log_with_a_gap_name_one_base() -> None:
     said = {what: value.strip() for what, value in lines.items()}
     assert said["duration"] == "3.90 s, gaps included"
     assert said["gaps"] == "1, the longest 3 s"
-    assert said["time under demands"] == "1.10 s: each holds until the next, over a gap for one step"
+    assert said["time under demands"] == "1.10 s; a gap counts one step"
     assert said["infeasible"] == "27.27 % of 1.10 s"
     assert said["outside the attainable set"] == "0.30 s of 1.10 s, at a stretch 0.30 s"
     untimed = as_text(summarise(demands, None), demands)

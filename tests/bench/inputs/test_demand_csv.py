@@ -172,12 +172,12 @@ def test_rows_that_are_the_row_before_once_more_are_doubted(file: Path) -> None:
         (
             "surge,sway,yaw\n%,%,%\n1,2,3\n",
             "",
-            "no column 'surge' or 'sway' or 'yaw' among surge [%], sway [%], yaw [%]; name",
+            "the unit of 'surge [%]' and 'sway [%]' and 'yaw [%]' is not known, expected N, kN, ",
         ),
         (
             "surge sway yaw\n% % %\n1 2 3\n",
             "",
-            "no column 'surge' or 'sway' or 'yaw' among surge [%], sway [%], yaw [%]; name",
+            "the unit of 'surge [%]' and 'sway [%]' and 'yaw [%]' is not known, expected N, kN, ",
         ),
         ("surge,sway,yaw\n%,N,Nm\n1,2,3\n", "surge=surge", "the unit of 'surge' is none of N, kN"),
         ("surge,-sway,yaw\n1,2,3\n", "", "no column 'sway' among surge, -sway, yaw"),

@@ -172,7 +172,9 @@ def test_times_in_ms_under_a_name_that_says_seconds_are_doubted(tmp_path: Path) 
     file.write_text("t,u0,u1,u2,u3,u4,u5,u6,u7\n" + "".join(f"{20 * i}{',1600' * 8}\n" for i in range(3)))
     command = ["demands", str(file), "--vehicle", VEHICLE.name, "--from-outputs"]
     result = CliRunner().invoke(cli, command, standalone_mode=False)
-    assert "warning: ms: 0.05 Hz; were its times in ms, 50 Hz: name the column 't [ms]'\n" in result.stderr
+    assert "warning: ms: 0.05 Hz; were its times in ms, 50 Hz: name the column 't [ms]', or" in result.stderr
+    told = CliRunner().invoke(cli, [*command, "--columns", "t=t [ms]"], standalone_mode=False)
+    assert (told.exception, "warning: ms: " in told.stderr) == (None, False)
 
 
 def test_a_ros_stamp_in_two_columns_is_the_time_of_commands(tmp_path: Path) -> None:
