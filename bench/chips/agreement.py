@@ -1,4 +1,4 @@
-"""Whether the C on an emulated processor answers as the same method in Python does here."""
+"""Comparison of the C's answers, on a board or an emulated processor, with those of its method in Python."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from alloc import Label, Status, build
 from alloc.allocation import BoolArray, FloatArray, IndexArray, StatusArray
 from alloc.c.cases import AGREEMENT, ROUNDING, TRIES, far_off
 from alloc.formulations import find_formulation
-from alloc.kernels.tolerance import MET
+from alloc.kernels.tolerance import MET, TOLERANCE
 from alloc.methods import recipe
 from alloc.rivals import load
 from bench.chips.count import CallCounts
@@ -60,22 +60,21 @@ class Rounded(NamedTuple):
 
 
 @np.errstate(invalid="ignore")  # a board's log may hold thrusts of any bits; a comparison with NaN is false
-def agreement(
-    kernel: Kernel, demands: DemandSet, counted: CallCounts, *, as_promised: bool = False
-) -> Agreement:
+def agreement(kernel: Kernel, demands: DemandSet, counted: CallCounts) -> Agreement:
     """Compare a kernel's answers with its twin's in Python; the twin of a solver's C is an exact method.
 
     The verdicts must be the same wherever rounding does not decide. A solver may give up in place of calling
-    a demand infeasible, and stop anywhere within its tolerance. ``as_promised`` is for answers that are
-    judged by equations too: thrusts of an optimum are left to these. Those of a rule may be others that miss
-    no more of the wrench, or differ by all that its twin promises, since so far beyond limits counts as met.
+    a demand infeasible, and stop anywhere within its tolerance. Thrusts may differ by what rounding explains,
+    and where they are as good (``_as_good``); a rule's within limits by all that its twin promises too, since
+    a thrust that is beyond a limit by less counts as inside.
     """
     vehicle = demands.vehicle
     given = (demands.f_min, demands.f_max) if kernel.limits == "call" else (None, None)
     twin = build(kernel.twin, vehicle)
     F, status = twin.many(demands.taus, *given)
     met = status != Status.INFEASIBLE
-    lost = twin.tolerance if as_promised else 0.0
+    optimal = bool(find_formulation(twin.formulation).references)
+    lost = twin.tolerance if twin.limited and not optimal else 0.0
     if kernel.solver:
         clear = demands.labels != Label.BOUNDARY
         answered = np.isin(counted.status, ANSWERED)
@@ -92,8 +91,7 @@ def agreement(
     if not kernel.solver and (other.any() or not near.all()):
         rounded = explained(kernel, demands, F, lost)
         near = apart <= tolerance * size + rounded.apart[both]
-        near |= as_promised and bool(find_formulation(twin.formulation).references)
-        near |= as_promised & _as_good(demands, counted.F, F)[both]
+        near |= _as_good(kernel, demands, counted.F, F, optimal)[both]
         other &= ~(rounded.status == counted.status).any(axis=0)
     said = np.flatnonzero(np.isin(counted.status, ANSWERED))
     undelivered = misstated(
@@ -122,14 +120,25 @@ def agreement(
     )
 
 
-def _as_good(demands: DemandSet, made: FloatArray, F: FloatArray) -> BoolArray:
-    """Where thrusts miss no more of the wrench than those of F do, but for a hundredth."""
-    unit = demands.vehicle.wrench_scale
+def _as_good(kernel: Kernel, demands: DemandSet, made: FloatArray, F: FloatArray, optimal: bool) -> BoolArray:
+    """Where thrusts (N, n) lie inside the limits and are worth what those of F are, by the equations alone.
+
+    Those of a rule miss no more of the wrench, but for a hundredth. Those of an optimum miss no more and cost
+    no more, but for MET, and are asked only where F misses some of the wrench: beyond the edge of what can be
+    met two right answers to a nearly symmetric vehicle differ by more than rounding explains.
+    """
+    vehicle, met = demands.vehicle, MET[kernel.scalar]
+    low, high = demands.limits
+    inside = (np.maximum(made - high, low - made) <= TOLERANCE[kernel.scalar] * vehicle.f_scale).all(axis=1)
     missed, least = (
-        np.linalg.norm((each @ demands.vehicle.TP.T - demands.taus) / unit, axis=1) for each in (made, F)
+        np.linalg.norm((each @ vehicle.TP.T - demands.taus) / vehicle.wrench_scale, axis=1)
+        for each in (made, F)
     )
-    good: BoolArray = missed <= 1.01 * least
-    return good
+    if not optimal:
+        return np.asarray(inside & (missed <= 1.01 * least))
+    cost, cheapest = (np.einsum("ij,jk,ik->i", each, vehicle.H, each) for each in (made, F))
+    good = (least > ROUNDING[kernel.scalar]) & (missed <= least + met) & (cost <= (1.0 + met) * cheapest)
+    return np.asarray(inside & good)
 
 
 def _either(

@@ -215,7 +215,7 @@ def _judged(question: Question, kernel: Kernel, promised: Promise, run: TimedCal
     if not kernel.solver:
         # Equations alone let a rule of practice make anything inside the limits, and call it PARTIAL.
         counted = CallCounts(run.F, run.status, run.ticks, run.stack_bytes, run.shares)
-        said = [judged.wrong, agreement(kernel, question.demands, counted, as_promised=True).wrong]
+        said = [judged.wrong, agreement(kernel, question.demands, counted).wrong]
         if run.other_answers:  # this project's C keeps nothing between calls
             said.append(f"answers of {run.other_answers} passes differ from those of the first")
         judged.wrong = "; ".join(filter(None, said))

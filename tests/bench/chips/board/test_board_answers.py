@@ -12,16 +12,19 @@ import pytest
 from alloc import build, load_vehicle
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.program import Scalar, Where
+from bench.chips.board.counted import counts
 from bench.chips.board.files import write
 from bench.chips.board.keep import keep
+from bench.chips.board.measured import lines
 from bench.chips.board.project import plan
 from bench.chips.kernels import own
 from bench.demands import labelled
-from bench.record import read
+from bench.demands.near_degenerate import edge_demands, numbered
+from bench.record import Cell, read
 from bench.results.ranking import exact
 from bench.results.rows import read_run
 from tests.board_logs import opened, sealed
-from tests.board_projects import METHODS, SETS, Hear, make, project
+from tests.board_projects import METHODS, SETS, Hear, make, printed, project
 from tests.vehicle_files import torpedo
 
 
@@ -156,6 +159,22 @@ def test_every_method_s_own_c_is_right_also_where_rounding_decides(
     make(tmp_path, "log", "CFLAGS=-O1 -DBOARD_PASSES=1")
     kept = keep(tmp_path / "build/posix/LOG", tmp_path / "run")
     assert kept.good, kept.said
+
+
+@pytest.mark.parametrize(("scalar", "method"), [("float", "redistribute"), ("double", "priority")])
+def test_answers_that_a_clock_times_and_a_counter_counts_get_the_same_verdict(
+    scalar: Scalar, method: str, tmp_path: Path, hear: Hear
+) -> None:
+    """On the edges of nearly symmetric vehicles, where answers differ by more than rounding explains."""
+    number = {"redistribute": 4, "priority": 11}[method]
+    vehicle, rng = numbered(number)
+    made = plan(vehicle, (f"{method}@native",), ("infeasible",), scalar, "fixed", 2, 3, "none")
+    edges = labelled("edges", vehicle, edge_demands(vehicle, rng, 60))
+    (heard,) = hear(printed(tmp_path, replace(made, sets=(edges,)), 1))
+    (judged,) = (line.judged for line in lines(heard, "board", "") if isinstance(line, Cell) and line.judged)
+    (counted,) = counts(heard)
+    assert counted.distance_rel_max > 1e-11  # not what rounding takes
+    assert (counted.agrees, judged.wrong) == (True, "")
 
 
 def test_a_log_holds_what_was_delivered_of_each_level_as_a_run_does(
