@@ -14,7 +14,7 @@ from matplotlib.patches import Rectangle
 
 from alloc import Vehicle
 from alloc.allocation import FloatArray
-from alloc.lint.probe import Probe
+from alloc.lint.probe import SMALL, Probe
 from alloc.vehicle.esc import Esc
 from alloc.vehicle.frame import TURN, described
 from alloc.vehicle.poses import Mounting
@@ -197,7 +197,7 @@ def sheet(vehicle: Vehicle, found: Sequence[Probe]) -> Figure:
         [textwrap.wrap(text, width) or [""] for text, width in zip(row, WIDTHS, strict=True)] for row in rows
     ]
     heights = [max(map(len, row)) + 0.7 for row in cells]
-    total = 4.5 + sum(heights)
+    total = 5.0 + sum(heights)
     figure = Figure(figsize=(9, 0.19 * total))
     figure.set_layout_engine("none")  # everything has its place below
     axes = figure.add_axes((0.04, 0.02, 0.93, 0.96))
@@ -217,6 +217,8 @@ def sheet(vehicle: Vehicle, found: Sequence[Probe]) -> Figure:
         box = Rectangle((COLUMNS[-1], y + 0.35), 0.018, 0.8, fill=False, edgecolor=INK, linewidth=1)
         axes.add_patch(box)
         y += height
+    if any(probe.small for probe in found):
+        axes.text(0, y + 0.5, SMALL, fontsize=7, color=GREY, va="top")
     return figure
 
 

@@ -34,6 +34,31 @@ def test_each_is_tried_with_a_tenth_of_its_thrust_and_told_in_the_vehicle_s_own_
     assert "pushes up" in probes(vehicle)[1].words
 
 
+def test_a_moment_is_told_beside_another_one_that_is_no_larger() -> None:
+    """A vehicle that rolls by long arms: those of one thruster are hardly any of its roll."""
+    vehicle = load_vehicle("bluerov2-heavy")
+    T = vehicle.T.copy()
+    roll, pitch = (vehicle.dof.index(axis) for axis in ("roll", "pitch"))
+    T[roll, 4:] = [0.0265, 1.0, -1.0, 1.0]
+    T[pitch, 4:] = [0.0265, 0.03, -0.03, -0.03]
+    told = {axis: value for axis, value, _ in probes(replace(vehicle, T=T))[4].effects}
+    assert told["roll"] == told["pitch"] == pytest.approx(0.0265 * 6.0)
+
+
+@pytest.mark.parametrize("name", list_vehicles())
+def test_every_effect_is_in_words_or_called_small_and_the_bound_is_said(name: str) -> None:
+    vehicle = load_vehicle(name)
+    found = probes(vehicle)
+    for i, probe in zip(vehicle.working.tolist(), found, strict=True):
+        told = {axis: value for axis, value, *_ in (*probe.effects, *probe.small)}
+        wrench = vehicle.T[:, i] * probe.thrust
+        seen = np.abs(wrench) > 1e-9 * vehicle.f_scale
+        assert told == {axis: wrench[k] for k, axis in enumerate(vehicle.dof) if seen[k]}
+        assert all(f"{axis} {value:+.2g}" in probe.numbers for axis, value in told.items())
+    assert as_text(found).splitlines()[-1].startswith("small: ") is any(probe.small for probe in found)
+    assert ("below 15 %" in as_text(found)) is any(probe.small for probe in found)
+
+
 def test_a_reversed_thruster_has_every_word_turned_round() -> None:
     vehicle = load_vehicle("nautilus")
     T = vehicle.T.copy()
