@@ -8,7 +8,7 @@ from alloc.lint.esc import on_esc
 from alloc.lint.failures import Failure, failures
 from alloc.lint.limits import on_limits, on_moving_limits, on_units
 from alloc.lint.losses import on_exact_method, on_failures
-from alloc.lint.matrix import on_columns, on_digits, on_reach, on_traces, on_weights
+from alloc.lint.matrix import on_columns, on_digits, on_odd_entry, on_reach, on_traces, on_weights
 from alloc.lint.poses import on_mirror_images, on_name, on_poses
 from alloc.lint.report import Facts, Finding, Level, Report, error
 from alloc.vehicle.condition import condition
@@ -34,6 +34,7 @@ def check_vehicle(name: str | Path) -> Report:
         T, computed = matrices(keys)
         collected += on_poses(keys, set(lines), T, computed)
         collected += on_mirror_images(keys)
+        collected += on_odd_entry(keys, T)
         vehicle = vehicle_with(keys, T)
         collected += on_columns(keys, T)
         collected += on_reach(keys, vehicle)

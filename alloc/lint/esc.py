@@ -1,6 +1,7 @@
 """The remarks on what stands between thrusts and the wire: the key ``esc`` of a vehicle file."""
 
 from collections.abc import Iterator, Sequence
+from itertools import combinations
 
 import numpy as np
 
@@ -36,6 +37,15 @@ def _on_points(keys: EscKeys) -> Iterator[tuple[Level, str, str]]:
         linear = "thrust is taken as linear, and alike at every voltage, as no propeller's is"
         yield "warning", "esc", f"no 'curve': {linear}; measure one"
         return
+    for a, b in combinations(range(len(curve.volts)), 2):
+        if len(curve.points[a]) > 1 and np.array_equal(curve.points[a], curve.points[b]):
+            yield (
+                "warning",
+                "esc",
+                f"the curves at {curve.volts[a]:g} V and {curve.volts[b]:g} V are the same in all"
+                f" {len(curve.points[a])} points, as no propeller's are; one is a copy: measure that voltage"
+                " or leave it out",
+            )
     for volts, points in zip(curve.volts, curve.points, strict=True):
         at_volts = "" if np.isnan(volts) else f" at {volts:g} V"
         moved = np.abs(monotone(points, keys.neutral) - points[:, 1])

@@ -5,13 +5,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.lint.digits import decimals, nearly_dependent
+from alloc.lint.digits import decimals, nearly_dependent, odd_entry, slips
 from alloc.lint.failures import lost_directions
 from alloc.lint.report import Remark, error, note, warning
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
-from alloc.vehicle.columns import alike, refusals
+from alloc.vehicle.columns import IMAGES, alike, refusals
 from alloc.vehicle.condition import condition, wrench_doubt
 from alloc.vehicle.file import called, reaction_torques, suspects
+from alloc.vehicle.geometry import DOF
 from alloc.vehicle.keys import VehicleFile
 
 CONDITION = 20.0
@@ -20,6 +21,8 @@ direction then takes 20 times the thrust of one in the strongest. Published vehi
 TRACE, NOISE = 1e-3, 1e-9
 """Shares of a row's largest entry between which another one looks like a rounded angle: 1.57 rad for a right
 one leaves 8e-4, 1.5708 leaves 4e-6, and arithmetic alone 1e-16."""
+NEARLY = 0.05
+"""Share by which an arm differs from its mirror image's that may be meant to be alike."""
 WIDEST_WEIGHTS = 1e4  # a wider spread costs an iterative solver half of its digits
 
 
@@ -84,6 +87,40 @@ def on_digits(keys: VehicleFile, vehicle: Vehicle) -> Iterator[Remark]:
             f" {vehicle.rank} thrusters depend on each other but for the last digit; poses ('thrusters') give"
             " it exactly",
         )
+
+
+def on_odd_entry(keys: VehicleFile, T: FloatArray) -> Iterator[Remark]:
+    """A remark on the one entry of T, or of the poses, that breaks a symmetry which all others keep."""
+    turns = {words: np.array(signs) for words, signs in IMAGES.items() if words}
+    if keys.T is not None:
+        A, rows, key, about = T, list[str](keys.dof), "T", np.zeros(len(T))
+        six = [DOF.index(axis) for axis in keys.dof]
+        images = {words: np.outer([1, -1], signs[six]) for words, signs in turns.items()}
+    elif keys.thrusters:
+        A = np.array([(*each.position, *each.direction) for each in keys.thrusters]).T
+        rows, key = [f"{axis} of the {part}" for part in ("position", "direction") for axis in "xyz"], ""
+        about = np.array([*keys.center_of_mass, 0.0, 0.0, 0.0])
+        images = {
+            words: np.array([[*signs[:3], *(way * signs[:3])] for way in (1, -1)])
+            for words, signs in turns.items()
+        }
+    else:
+        return
+    if (odd := odd_entry(A - about[:, None], images)) is None:
+        return
+    has, expected = float(A[odd.row, odd.column]), float(f"{odd.expected + about[odd.row]:.12g}")
+    differing, exchanged = slips(has, expected)
+    if differing != 1 and not exchanged and abs(has - expected) > NEARLY * abs(expected):
+        return
+    names = called(keys, A.shape[1])
+    twins = ", ".join(names[i] for i in odd.twins)
+    # A thruster that was moved on purpose, by so many centimetres, may differ in one digit too.
+    yield (warning if exchanged else note)(
+        key or f"thrusters[{odd.column}]",
+        f"{rows[odd.row]} of {names[odd.column]} is {has:.10g}; by its twins ({twins}) it would be"
+        f" {expected:.10g}{', two digits exchanged' * exchanged}, and every other entry has its"
+        f" image{odd.image}; mend it unless it is meant",
+    )
 
 
 def on_traces(keys: VehicleFile, vehicle: Vehicle) -> Iterator[Remark]:

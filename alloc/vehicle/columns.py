@@ -23,7 +23,7 @@ below the arms of thrusters, which a transposed T has there."""
 MOST_DIGITS = 6
 """Decimals up to which a number is shown as the file has it; more come from a program."""
 
-_IMAGES = {
+IMAGES = {
     "": (1, 1, 1, 1, 1, 1),
     ", mirrored in the plane xz": (1, -1, 1, -1, 1, -1),
     ", mirrored in the plane yz": (-1, 1, 1, 1, -1, -1),
@@ -132,7 +132,7 @@ def _suspect(T: FloatArray, dof: Sequence[str], i: int, sound: BoolArray, names:
             continue
         mending.append(row)
         for j in np.flatnonzero(sound).tolist():
-            for words, six in _IMAGES.items():
+            for words, six in IMAGES.items():
                 image = np.array([six[DOF.index(axis)] for axis in dof]) * T[:, j]
                 if _twins(image, mended[:, i], T) or _twins(-image, mended[:, i], T):
                     return (

@@ -26,6 +26,10 @@ SLIPS = {
         SOUND.replace("curve: {", "curve: {12: [[-100, -20], [0, 0], [100, 30]], "),
         "f_min: -30\nf_max: 40",
     ),
+    "the curves at 10 V and 16 V are the same in all 4 points": (
+        SOUND.replace("curve: {", "curve: {10: [[-100, -30], [-9, 0], [9, 0], [100, 40]], "),
+        "f_min: -30\nf_max: 40",
+    ),
     "is not monotone": (SOUND.replace("[9, 0]", "[9, 0], [50, 30], [60, 20]"), ""),
     "makes 18 N at neutral, 50": (SOUND.replace("neutral: 0", "neutral: 50"), ""),
     "astern is stronger than ahead": (SOUND.replace("-30]", "-60]"), ""),
