@@ -1,5 +1,6 @@
 """Dask cluster: a given scheduler, or a local one with a worker a core, and tasks run on either."""
 
+import tempfile
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -43,15 +44,20 @@ def cluster(scheduler: str | None, workers: int) -> "Iterator[Client]":
     with dask.config.set(quiet), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         if scheduler is None:
-            own = LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                processes=True,
-                host="127.0.0.1",
-                dashboard_address="127.0.0.1:0",
-                silence_logs=50,
-            )
-            with own, Client(own) as client:
+            # Dask never removes its folder of scratch files; it goes with the one around it.
+            with (
+                tempfile.TemporaryDirectory(prefix="thrustbench-", ignore_cleanup_errors=True) as folder,
+                dask.config.set({"temporary-directory": folder}),
+                LocalCluster(
+                    n_workers=workers,
+                    threads_per_worker=1,
+                    processes=True,
+                    host="127.0.0.1",
+                    dashboard_address="127.0.0.1:0",
+                    silence_logs=50,
+                ) as own,
+                Client(own) as client,
+            ):
                 yield client
             return
         try:

@@ -1,8 +1,10 @@
 """Parent process of a run: get right answers, start one worker after the other, keep the record."""
 
+import shutil
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import msgspec
@@ -24,6 +26,9 @@ from bench.judging.capability import measure_capabilities
 from bench.judging.question import Answers, Ask, Unanswered, checked_promises, questions
 from bench.record import Cell, Header, Record, RecordError, Worker
 from bench.record.writer import Writer
+
+WORKING = ".working-"
+"""How the name of a run's working folder begins."""
 
 
 def asker(
@@ -121,7 +126,7 @@ def run(
             warn(contender.trouble)
     named = vehicles(settings)
     sets = demand_sets(settings, named, warn)
-    with Writer(directory) as writer, tempfile.TemporaryDirectory(prefix="thrustbench-") as folder:
+    with Writer(directory) as writer, working_folder(directory) as folder:
         first = header(settings)
         old = writer.resume() if resume else None
         if old is None:
@@ -133,7 +138,7 @@ def run(
         try:
             with machine.set_aside():
                 known = old or Record(header=first)
-                prepare(state, known, taking_part, named, sets, Path(folder))
+                prepare(state, known, taking_part, named, sets, folder)
                 planned = groups(settings, taking_part, state.files, state.sequences)
                 state.total = sum(len(group.keys) for group in planned)
                 for group in planned:
@@ -142,6 +147,19 @@ def run(
             state.event("interrupted")
             raise Interrupted from None
         state.event("finished")
+
+
+@contextmanager
+def working_folder(directory: Path) -> Iterator[Path]:
+    """A folder beside the record for what workers are asked, removed at the end.
+
+    A run that is killed can't remove it. There the next run into ``directory`` finds it, and so does whoever
+    removes the run's folder, as a fleet's host does where a run takes too long.
+    """
+    for left in directory.glob(f"{WORKING}*"):
+        shutil.rmtree(left, ignore_errors=True)
+    with tempfile.TemporaryDirectory(dir=directory, prefix=WORKING) as folder:
+        yield Path(folder)
 
 
 def prepare(

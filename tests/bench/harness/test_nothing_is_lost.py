@@ -16,7 +16,7 @@ from click.testing import CliRunner
 
 from bench.__main__ import cli
 from bench.harness.plan import RunSettings
-from bench.harness.run import check_same, run
+from bench.harness.run import WORKING, check_same, run
 from bench.record import FILE_NAME, PACKED, Record, RecordError, read
 from bench.record.writer import PREVIOUS, Writer
 from tests.made_up import header
@@ -119,8 +119,11 @@ def count(record: Record) -> int:
 
 @pytest.mark.parametrize("kills", [3, pytest.param(8, marks=pytest.mark.long)])
 def test_killed_at_random_moments_and_resumed_every_cell_is_there_once_and_none_has_changed(
-    tmp_path: Path, kills: int
+    tmp_path: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch, kills: int
 ) -> None:
+    """No folder of the killed runs is left either, neither where temporary ones lie nor beside the record."""
+    temporary = tmp_path_factory.mktemp("temporary")
+    monkeypatch.setenv("TMPDIR", str(temporary))
     dice = random.Random(6)
     before = b""
 
@@ -136,6 +139,7 @@ def test_killed_at_random_moments_and_resumed_every_cell_is_there_once_and_none_
         assert data.startswith(before)
         before = data[: data.rfind(b"\n") + 1]
     measured(tmp_path)
+    assert not [*temporary.iterdir(), *tmp_path.glob(f"{WORKING}*")]
     assert written(tmp_path).startswith(before)
     assert "resumed" in [event.what for event in read(tmp_path).events]
     times = Counter(cell.key for cell in read(tmp_path).cells)

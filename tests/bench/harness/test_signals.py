@@ -12,7 +12,7 @@ import psutil
 import pytest
 
 from bench.harness.plan import RunSettings
-from bench.harness.run import Interrupted, run
+from bench.harness.run import WORKING, Interrupted, run
 from bench.harness.state import Progress
 from bench.record import read
 from tests.places import ROOT
@@ -34,7 +34,10 @@ def build(vehicle):
 """A plain function that leaves its process's number before it loops."""
 
 
-def test_a_worker_dies_with_its_parent_even_in_an_endless_loop(tmp_path: Path) -> None:
+def test_a_worker_dies_with_its_parent_even_in_an_endless_loop(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("TMPDIR", str(tmp_path))  # a run that is killed before it has a folder leaves its case
     (tmp_path / "loops.py").write_text(LOOPS.format(file=str(tmp_path / "looping")))
     command = [
         "run",
@@ -99,12 +102,12 @@ def test_sigterm_ends_a_run_and_leaves_no_worker_and_no_temporary_folder(tmp_pat
     ) as run:
         wait_for(lambda: b'"cell"' in written(tmp_path / "out"))
         workers = psutil.Process(run.pid).children()
-        assert list(place.iterdir())
+        assert list((tmp_path / "out").glob(f"{WORKING}*"))
         run.terminate()
         run.communicate()
     assert run.returncode == 128 + signal.SIGTERM
     assert not [worker for worker in workers if worker.is_running()]
-    assert not list(place.iterdir())
+    assert not [*place.iterdir(), *(tmp_path / "out").glob(f"{WORKING}*")]
 
 
 def interrupted(folder: Path, watch: Callable[[Progress], None]) -> None:
