@@ -1,6 +1,7 @@
 """A Dask scheduler and workers on loopback, each a process of its own."""
 
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -49,7 +50,11 @@ class LoopbackCluster:
     def _start(self, kind: str, *options: str, host: str) -> "subprocess.Popen[bytes]":
         with (self._folder / f"{kind}-{len(self._processes)}.log").open("wb") as log:
             process = subprocess.Popen(
-                [*DASK, kind, *options, "--host", host], cwd=ROOT, stdout=log, stderr=subprocess.STDOUT
+                [*DASK, kind, *options, "--host", host],
+                cwd=ROOT,
+                env={**os.environ, "TMPDIR": str(self._folder)},  # for Dask's folder and the host's lock
+                stdout=log,
+                stderr=subprocess.STDOUT,
             )
         self._processes.append(process)
         return process

@@ -2,9 +2,12 @@
 
 import gc
 import os
+import shutil
 import signal
+import tempfile
 from collections.abc import Generator, Iterator
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +17,7 @@ from alloc import Vehicle, catalogue, list_vehicles, load_vehicle
 from alloc.discovery import Entry
 from alloc.formulations import Family
 from alloc.nullspace.structure import decompose
+from bench.chips.toolchain import scratch
 from tests.places import ROOT
 
 # No deadline, and slow examples are no error, since a busy machine is not the code's fault. Examples are
@@ -29,6 +33,28 @@ for name in ("FORCE_COLOR", "PY_COLORS", "GIT_DIR", "GIT_INDEX_FILE", "GIT_WORK_
 
 # Kernels are compiled into the tree, since the default folder lies in a home, which tests may not have.
 os.environ.setdefault("THRUSTBENCH_CACHE", str(ROOT / "build" / "kernels"))
+
+# Each run of the tests has a temporary folder of its own: what a test leaves there is named at the end.
+# Workers of pytest-xdist share their parent's. Folders of tmp_path stay where they always are.
+IS_WORKER = "PYTEST_XDIST_WORKER" in os.environ
+if not IS_WORKER:
+    os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", tempfile.gettempdir())
+    os.environ["TMPDIR"] = tempfile.tempdir = tempfile.mkdtemp(prefix="thrustbench-tests-")
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_sessionfinish(session: pytest.Session) -> Generator[None, object, object]:
+    """A run fails that leaves something in the temporary folder, but for what goes as its process ends."""
+    result = yield
+    if not IS_WORKER:
+        folder = Path(os.environ["TMPDIR"])
+        own = {scratch()} if scratch.cache_info().currsize else set()
+        if left := sorted(each.name for each in set(folder.iterdir()) - own):
+            line = f"tests left {', '.join(left)} in the temporary folder; remove each where it is made"
+            session.config.get_terminal_writer().line(line, red=True)
+            session.exitstatus = session.exitstatus or pytest.ExitCode.TESTS_FAILED
+        shutil.rmtree(folder, ignore_errors=True)
+    return result
 
 
 shipped = cache(load_vehicle)

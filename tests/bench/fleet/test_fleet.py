@@ -1,6 +1,7 @@
 """Hosts that measure themselves: what travels, what comes back, and what is said of those that fail."""
 
 import gzip
+import tempfile
 import time
 from collections.abc import Callable
 from contextlib import nullcontext
@@ -153,14 +154,16 @@ def test_what_files_name_beside_them_and_a_bag_s_folder_travel_too(
     assert set(parcel.files) == beside | {"6/bag/metadata.yaml", "6/bag/bag_0.db3", "8/dive.bag"}
 
 
-def test_a_host_that_can_t_run_says_why() -> None:
+def test_a_host_that_can_t_run_says_why(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))  # the host's lock stays there
     back = run_here(pack(["--vehicle", "magic"]), 60)
     assert back.machine
     assert "no vehicle 'magic'" in back.reason
     assert back.code == 2
 
 
-def test_a_run_that_outlasts_its_limit_is_ended() -> None:
+def test_a_run_that_outlasts_its_limit_is_ended(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     began = time.monotonic()
     back = run_here(pack(["--all"]), 1.0)
     assert "took longer than 1 s" in back.reason
