@@ -121,7 +121,7 @@ class _Together:
     """The libraries that answer demands side by side, each made at its first use."""
 
     def __init__(self, vehicle: Vehicle, kernel: Recipe) -> None:
-        """Of this kernel for this vehicle."""
+        """Bind a kernel for a vehicle."""
         self._vehicle, self._kernel = vehicle, kernel
         self._libraries: list[ctypes.CDLL] = []  # which must live as long as their functions
 

@@ -1,4 +1,4 @@
-"""What a self-test asks a kernel, what its twin in Python answers, and how far rounding may move that."""
+"""Cases of a self-test: arguments, the answer of the twin in Python, and its change by rounding."""
 
 from dataclasses import dataclass
 

@@ -71,7 +71,7 @@ int {of.name}_to_esc({of.parameters(tau=True)});
 
 
 def _ranges(of: EscCode) -> str:
-    """Which commands go to which thrusters, in words."""
+    """Ranges of commands of the thrusters, in words."""
     thrusters: dict[str, list[int]] = {}
     for i, esc in enumerate(of.vehicle.esc):
         thrusters.setdefault(f"{esc.low:g} to {esc.high:g}, neutral is {esc.neutral:g}", []).append(i)

@@ -15,7 +15,7 @@ from alloc.vehicle.esc import SPARE
 
 @dataclass(frozen=True, eq=False)
 class EscCode:
-    """What C is written of.
+    """Parts of the C between a kernel and the ESCs.
 
     Attributes
     ----------
@@ -55,25 +55,25 @@ class EscCode:
 
     @property
     def alike(self) -> bool:
-        """Whether one pair of limits stands in the C, for all thrusters, with 0 between them."""
+        """True if one pair of limits stands in the C, for all thrusters, with 0 between them."""
         low, high = self.vehicle.f_min, self.vehicle.f_max
         same = np.ptp(low) == np.ptp(high) == 0.0
         return self.limits == "fixed" and bool(same and low[0] <= 0 <= high[0])
 
     @property
     def stops(self) -> bool:
-        """Whether each thruster may stand still in every call."""
+        """True if each thruster may stand still in every call."""
         low, high = self.vehicle.f_min, self.vehicle.f_max
         return self.limits == "fixed" and bool(((low <= 0) & (high >= 0)).all())
 
     @property
     def by_volts(self) -> bool:
-        """Whether some curve has more than one voltage."""
+        """True if some curve has more than one voltage."""
         return any(len(esc.volts) > 1 for esc in self.vehicle.esc)
 
     @property
     def wire(self) -> dict[str, list[str]]:
-        """Of each thruster the command of neutral, and what a step adds to it, as literals."""
+        """Command of neutral of each thruster, and the size of a step, as literals."""
         columns = {
             "neutral": [esc.neutral for esc in self.vehicle.esc],
             "by": [-esc.step if esc.reversed else esc.step for esc in self.vehicle.esc],
@@ -94,7 +94,7 @@ def integers(largest: float) -> str:
 
 
 def last_metre(vehicle: Vehicle, kernel: Recipe, scalar: Scalar, limits: Where) -> EscCode:
-    """What the C behind a kernel is written of.
+    """Parts of the C behind a kernel.
 
     Raises VehicleError for a vehicle without ``esc``, NotApplicable where the kernel says shares within fixed
     limits that its ESCs do not reach: thrusts that are cut afterwards deliver other shares.

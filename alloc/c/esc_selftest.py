@@ -176,7 +176,7 @@ def _ends(vehicle: Vehicle, volts: float) -> tuple[FloatArray, FloatArray]:
 
 
 def _decided(of: EscCode, call: list[FloatArray], volts: float) -> Sent | None:
-    """What Python sends; None where what rounding moves thrusts and limits by changes a command."""
+    """Commands that Python sends; None where rounding of thrusts and limits may change one."""
     by = ROUNDING[of.scalar] * _size(of.vehicle)
     f, low, high = (side + by * moved[:, None] for side, moved in zip(call, MOVED.T, strict=True))
     # A limit that is the end of its curve is that in C too, to the last bit: moved, it would cost a step.
@@ -192,7 +192,7 @@ def _decided(of: EscCode, call: list[FloatArray], volts: float) -> Sent | None:
 
 
 def status_of(sent: Sent) -> int:
-    """What NAME_esc returns for commands (n,) that Python sends."""
+    """Status of NAME_esc for commands (n,) that Python sends."""
     if (sent.status == Made.NO_NUMBER).any():
         return -2
     idle = (sent.status == Made.IN_DEAD_BAND) & (sent.f == 0)

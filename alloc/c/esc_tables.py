@@ -59,7 +59,7 @@ class SteppedCurve:
 
 @dataclass(frozen=True, eq=False)
 class Tables:
-    """What the ESCs of a vehicle do, all that are alike once.
+    """Tables of a vehicle's ESCs, equal ones once.
 
     Attributes
     ----------

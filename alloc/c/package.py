@@ -18,7 +18,7 @@ ARCHITECTURES = (
 
 
 class Parts(NamedTuple):
-    """What a package is made of.
+    """Parts of a package.
 
     Attributes
     ----------

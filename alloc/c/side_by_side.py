@@ -120,14 +120,14 @@ class _Each(Statements):
             self.lines.append(f"f_[{step.index}][i] = {value};")
 
     def leave(self, step: Exit) -> None:
-        """What is refused, and whether that is known without looking at all arguments again."""
+        """Exit on a refusal, and whether it is known without a second look at all arguments."""
         cases = "".join(
             f"{known} ? {status}.0 : " for case, status in step.cases if (known := self._told(case))
         )
         self.refused += f"({self.expression(step.condition)}) ? ({cases}{AGAIN}.0) : "
 
     def branch(self, step: Branch) -> None:
-        """What is unlikely is answered by the kernel for one demand."""
+        """Leave unlikely calls to the kernel for one demand."""
         self.refused += f"({self.expression(step.condition)}) ? {AGAIN}.0 : "
         for node in step.merged:
             self._names[node] = self.expression(self.program.nodes[node][3], ALONE)

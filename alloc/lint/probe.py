@@ -1,4 +1,4 @@
-"""What each thruster alone should do to the vehicle, as a table to be ticked at the pool."""
+"""Probe table: the effect of each thruster alone, to be ticked at the pool."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -55,7 +55,7 @@ class Probe(NamedTuple):
 
 
 def probes(vehicle: Vehicle) -> list[Probe]:
-    """What each working thruster should do alone, with a tenth of its thrust ahead.
+    """Effect of each working thruster alone, with a tenth of its thrust ahead.
 
     A thruster that only pushes astern is tried with a tenth of that.
     """

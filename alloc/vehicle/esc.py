@@ -18,7 +18,7 @@ last bits of 2e-16 each, which must not cost a step."""
 
 
 class Made(IntEnum):
-    """What became of the thrust that was asked of one thruster."""
+    """Thrusts that one thruster makes of those that were asked."""
 
     MADE = 0
     """It is made, to half a step of the command."""
@@ -33,7 +33,7 @@ class Made(IntEnum):
 
 
 class Sent(NamedTuple):
-    """What goes to the ESCs.
+    """Commands to the ESCs.
 
     Attributes
     ----------
@@ -77,12 +77,12 @@ class Esc:
 
     @property
     def whole(self) -> bool:
-        """Whether commands are integers."""
+        """True if commands are integers."""
         return all(float(x).is_integer() for x in (self.neutral, self.low, self.high, self.step))
 
     @property
     def needs_volts(self) -> bool:
-        """Whether a call must say the voltage: the curve has several, and the file names none."""
+        """True if a call must say the voltage: the curve has several, and the file names none."""
         return bool(np.isnan(self.nominal)) and len(self.volts) > 1
 
     @property
@@ -98,7 +98,7 @@ class Esc:
         return int(np.ceil(first - ROUNDING)), int(np.floor(last + ROUNDING))
 
     def outside(self, volts: FloatArray) -> BoolArray:
-        """Whether the curve was not measured at these voltages (N,) [V]."""
+        """Mask of voltages (N,) [V] at which the curve was not measured."""
         if np.isnan(self.volts[0]):
             return np.zeros(volts.shape, dtype=bool)
         result: BoolArray = ~((volts >= self.volts[0]) & (volts <= self.volts[-1]))

@@ -193,7 +193,7 @@ class Vehicle:
         f_min: ArrayLike | None = None,
         f_max: ArrayLike | None = None,
     ) -> Sent:
-        """What goes to the ESCs for thrusts f (n,) or (N, n) [N], and what that makes.
+        """Commands to the ESCs for thrusts f (n,) or (N, n) [N], and the thrusts that they make.
 
         The inverse of the curve in the vehicle's ``esc``, rounded to the nearest step; what is made lies
         within the limits where a step does. A thrust that is no number gives neutral.

@@ -1,4 +1,4 @@
-"""What one call or many say about ESCs, as rows: what is sent for thrusts, and what commands make."""
+"""Commands of ESCs for thrusts, and thrusts of commands, for one call or many."""
 
 from collections.abc import Sequence
 
@@ -72,7 +72,7 @@ def _rows(
 def _commands(
     escs: Sequence[Esc], f: FloatArray, volts: FloatArray, f_min: FloatArray, f_max: FloatArray
 ) -> Sent:
-    """What n ESCs are sent for f (N, n) [N] within limits (N, n) [N], each row at its voltage (N,) [V].
+    """Commands of n ESCs for f (N, n) [N] within limits (N, n) [N], each row at its voltage (N,) [V].
 
     -inf stands for a voltage left out; raises DemandError where it is and an ESC's curve has several.
     """
@@ -89,7 +89,7 @@ def _commands(
 
 
 def _thrusts(escs: Sequence[Esc], u: FloatArray, volts: FloatArray) -> FloatArray:
-    """What commands u (N, n) make [N], each row at its voltage (N,) [V]; raises as ``commands``."""
+    """Thrusts of commands u (N, n) [N], each row at its voltage (N,) [V]; raises as ``commands``."""
     f = np.empty(u.shape)
     for esc, columns in _alike(escs):
         f[:, columns] = esc.made(u[:, columns], _nominal(esc, volts))

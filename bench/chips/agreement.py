@@ -42,12 +42,12 @@ class Agreement:
 
     @property
     def agrees(self) -> bool:
-        """Whether every verdict is the same, every thrust, and every share what its thrusts deliver."""
+        """True if every verdict is the same, every thrust, and every share that its thrusts deliver."""
         return not self.wrong
 
 
 class Rounded(NamedTuple):
-    """What rounding may make of N answers.
+    """Changes of N answers that rounding may cause.
 
     Attributes
     ----------
@@ -121,7 +121,7 @@ def agreement(kernel: Kernel, demands: DemandSet, counted: CallCounts) -> Agreem
 
 
 def _as_good(kernel: Kernel, demands: DemandSet, made: FloatArray, F: FloatArray, optimal: bool) -> BoolArray:
-    """Where thrusts (N, n) lie inside the limits and are worth what those of F are, by the equations alone.
+    """Mask of thrusts (N, n) inside the limits that are worth what those of F are, by the equations alone.
 
     Those of a rule miss no more of the wrench, but for a hundredth. Those of an optimum miss no more and cost
     no more, but for MET, and are asked only where F misses some of the wrench: beyond the edge of what can be
@@ -144,7 +144,7 @@ def _as_good(kernel: Kernel, demands: DemandSet, made: FloatArray, F: FloatArray
 def _either(
     kernel: Kernel, demands: DemandSet, counted: CallCounts, status: StatusArray, formulation: str
 ) -> BoolArray:
-    """Where a kernel's status may be another one than its twin's, rounding of arguments aside.
+    """Mask of calls whose status may differ from the twin's, rounding of arguments aside.
 
     SOLVED for PARTIAL is true where its thrusts make the wrench to what its scalar can tell. On the boundary
     of the attainable set an exact answer turns, from SOLVED into what its formulation has beyond.
@@ -172,7 +172,7 @@ def _verdicts(counted: CallCounts, status: StatusArray, other: BoolArray) -> Ite
 
 
 def explained(kernel: Kernel, demands: DemandSet, F: FloatArray, lost: float = 0.0) -> Rounded:
-    """What rounding of its arguments, and of a way's end, does at most to answers F (N, n) [N].
+    """Largest changes of F (N, n) [N] by rounding of arguments, and of the end of a way.
 
     On the edge of what can be met it may move a weak thruster by far more than an argument moved. With sigma
     the root mean square of what random signs of the rounding do, the worst signs of p arguments do sqrt(p)

@@ -88,7 +88,7 @@ def count_by_systick(image: Image, taus: FloatArray) -> FloatArray:
 
 
 def _answers(image: Image, path: Path, calls: FloatArray, command: Sequence[str]) -> CallCounts:
-    """What the driver printed of each call, ticks as instructions."""
+    """Answers that the driver printed for each call, ticks as instructions."""
     folder, kernel = path.parent, image.kernel
     scalar = np.dtype(SCALARS[kernel.scalar])
     head = np.array([len(calls)], dtype="<i4")

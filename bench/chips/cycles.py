@@ -46,7 +46,7 @@ def _costliest(spans: list[Cycles]) -> Cycles:
 
 
 def _waits(followed: Trace, flash: Flash) -> list[Cycles]:
-    """What each call waits for the flash; calls that went the same way wait alike."""
+    """Waits of each call for the flash; calls that took the same path wait alike."""
     known: dict[bytes, Cycles] = {}
     found = []
     for i, call in enumerate(followed.calls):

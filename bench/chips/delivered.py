@@ -1,4 +1,4 @@
-"""Which part of the demands the C's thrusts deliver, in three numbers of a record."""
+"""Share of the demands that the C's thrusts deliver, as three numbers of a record."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from bench.record import SERVED_WITHIN
 
 
 def delivered(demands: DemandSet, counted: CallCounts) -> dict[str, float | None]:
-    """Of all demands the share delivered to 1 %; of those answered the mean along, and the largest angle."""
+    """Share of all demands delivered to 1 %; mean share along and largest angle of those answered."""
     answered = np.isin(counted.status, (Status.SOLVED, Status.PARTIAL))[:, None]
     asked = demands.vehicle, demands.taus, np.where(answered, counted.F, np.nan), demands.limits
     close = np.count_nonzero(relative_wrench_error(*asked) <= SERVED_WITHIN) / len(demands.taus)

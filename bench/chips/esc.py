@@ -60,7 +60,7 @@ def width(n: int, limits: Where) -> int:
 
 
 def calls(vehicle: Vehicle, limits: Where, n: int, seed: int) -> dict[str, FloatArray]:
-    """Of each set n calls (n, width): thrusts, limits where they are arguments, any voltage of the curve."""
+    """Calls (n, width) of each set: thrusts, limits where they are arguments, any voltage of the curve."""
     rng = np.random.default_rng(seed)
     known = [float(v) for esc in vehicle.esc for v in esc.volts if np.isfinite(v)] or [1.0]
     made = {}
@@ -103,7 +103,7 @@ def counted_row(
 def agreement(
     vehicle: Vehicle, asked: FloatArray, made: FloatArray, status: IndexArray
 ) -> tuple[bool, float]:
-    """Whether what calls (N, width) made (N, n) is Python's, but for some a step away, and status (N,) too.
+    """True if thrusts (N, n) of calls (N, width) are Python's, some a step away, and status (N,) too.
 
     The second number is the largest difference of the others, relative to the largest limit.
     """

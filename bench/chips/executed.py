@@ -47,7 +47,7 @@ class Executed:
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """What calls executed.
+    """Instructions that calls executed.
 
     Attributes
     ----------
@@ -61,6 +61,6 @@ class Trace:
     loads: list[IndexArray] = field(default_factory=list)
 
     def addresses(self, call: int) -> IndexArray:
-        """Where the instructions lie that a call executed, in order."""
+        """Addresses of the instructions that a call executed, in order."""
         places: IndexArray = np.array([one.address for one in self.known])[self.calls[call]]
         return places

@@ -1,4 +1,4 @@
-"""What a flash that is slower than its processor adds to a call: lines of it that the processor waits for.
+"""Cycles that a slow flash adds to a call: lines of it that the processor waits for.
 
 Flash is read a line at a time, and small caches keep some lines of code, and of tables and literals. While a
 line executes the next one is read ahead. How long a wait is nobody publishes for each case, so it is an
@@ -69,7 +69,7 @@ def waiting(flash: Flash, warm: Touched, cold: Touched) -> Cycles:
 
 
 def touched(flash: Flash, code: IndexArray, data: IndexArray) -> tuple[Touched, Touched]:
-    """What a call touches, warm and cold: addresses of its instructions, and of what it reads, in order."""
+    """Addresses that a call reads, warm and cold: of its instructions and of its data, in order."""
     moved = range(0, flash.line, WORD)
     of_code = [_lines(code, flash.line, by) for by in moved]
     of_data = [_lines(data, flash.line, by) for by in moved]
@@ -99,7 +99,7 @@ def _code(lines: list[int], flash: Flash, *, again: bool) -> tuple[int, int]:
 
 
 def _missed(lines: list[int], room: int, *, again: bool) -> Iterable[bool]:
-    """Which lines are not among the ``room`` that were used last; ``again`` the second time."""
+    """Mask of lines that are not among the ``room`` used last; ``again`` the second time."""
     kept: OrderedDict[int, None] = OrderedDict()
     found = []
     for one in [*lines, *lines] if again else lines:

@@ -10,7 +10,7 @@ from bench.chips.kernel import Kernel
 
 
 def least_instructions(kernel: Kernel, vehicle: Vehicle) -> int | None:
-    """What none may leave out: reads, writes, a comparison a facet; None for a kernel that is not exact.
+    """Instructions that none may leave out: reads, writes, a comparison a facet; None if not exact.
 
     Every input is read (k, with limits of the call 2 n more), every thrust of a working thruster written,
     and made by an operation of its own. Of each pair of opposite facets of the attainable set it must be

@@ -37,7 +37,7 @@ class Unbounded(Exception):
 
 
 def disassembled(image: Image) -> str:
-    """What objdump prints of a kernel, and of all functions that it calls or jumps into."""
+    """Disassembly of a kernel, and of all functions that it calls or jumps into."""
     printed: dict[str, str] = {}
     waiting = [image.kernel.entry]
     command = [f"{image.target.tools}objdump", "-d", "--no-show-raw-insn"]
@@ -100,7 +100,7 @@ def _successors(code: dict[int, Disassembled], entry: int) -> dict[int, list[int
 
 
 def _next(instruction: Disassembled) -> list[int] | None:
-    """Where an instruction leads; None for a jump by a table."""
+    """Target of an instruction; None for a jump by a table."""
     mnemonic, operands = instruction.mnemonic, instruction.operands
     after = [] if instruction.last else [instruction.following]
     target = re.search(r"([0-9a-f]+) <", operands) or re.search(r"(?:^|, )([0-9a-f]+)$", operands)
@@ -122,7 +122,7 @@ def _next(instruction: Disassembled) -> list[int] | None:
 def _table_targets(
     code: dict[int, Disassembled], direct: dict[int, list[int] | None], function: str
 ) -> list[int]:
-    """Where a table may lead: what nothing else in the function leads to; what follows that is shorter."""
+    """Targets of a table: addresses that nothing else in the function leads to."""
     own = {at for at, instruction in code.items() if instruction.function == function}
     padding = {at for at in own if code[at].mnemonic.startswith("nop")}
     led = {to for at, leads in direct.items() for to in leads or [] if at not in padding}

@@ -43,7 +43,7 @@ Its most costly demand is not searched for either."""
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Plan:
-    """What to count: every combination of vehicle, method, scalar and target.
+    """Plan of a count: every combination of vehicle, method, scalar and target.
 
     Attributes
     ----------

@@ -57,12 +57,12 @@ class Target:
 
     @property
     def bare_metal(self) -> bool:
-        """Whether there is no operating system under the image."""
+        """True if there is no operating system under the image."""
         return bool(self.board)
 
     @property
     def facts(self) -> Processor:
-        """What reports say of it: a line of a record."""
+        """Facts for reports: a line of a record."""
         return Processor(
             name=self.name,
             scalars=list(self.scalars),

@@ -23,7 +23,7 @@ TIME_LIMIT_S = 900
 
 
 def missing(target: Target) -> str:
-    """What a target lacks and how to get it, in one line; empty where it lacks nothing."""
+    """Tools that a target lacks and how to get them, in one line; empty where it lacks nothing."""
     if target.callgrind and platform.machine() != "x86_64":
         return f"{target.name} needs callgrind on an x86-64 machine: it emulates no other"
     commands = [f"{target.tools}gcc", target.emulator[0], "gcc"]
@@ -63,7 +63,7 @@ def ended(
 
 
 def run(command: list[str], folder: Path | None = None) -> str:
-    """What a command prints; raises ToolError with the command's words where it fails or takes too long."""
+    """Output of a command; raises ToolError with the command's words where it fails or takes too long."""
     done = ended(command, folder)
     if done.returncode:
         lines = (done.stderr or done.stdout).strip().splitlines() or ["nothing said"]

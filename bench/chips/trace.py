@@ -19,7 +19,7 @@ _CONDITION = re.compile(r"it[te]{0,3}")
 
 
 def trace(image: Image, calls: FloatArray, instructions: IndexArray) -> Trace:
-    """What the costliest calls executed, as many as stay below MOST instructions together.
+    """Instructions of the costliest calls, as many calls as stay below MOST instructions together.
 
     ``calls`` (N, width) and ``instructions`` (N,) are what ``count`` was given and found.
     """

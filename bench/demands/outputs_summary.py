@@ -104,7 +104,7 @@ def full_authority(vehicle: Vehicle) -> FloatArray:
 
 
 def _limits(vehicle: Vehicle, volts: FloatArray | None, count: int) -> Interval:
-    """What ESCs make within the limits at each voltage (count, n) [N], beyond the table those of its end."""
+    """Limits that ESCs make at each voltage (count, n) [N]; beyond the table those of its end."""
     low, high = (np.tile(side, (count, 1)) for side in (vehicle.f_min, vehicle.f_max))
     if volts is not None and vehicle.by_volts is not None:
         at_least, at_most = vehicle.by_volts.between(volts)

@@ -89,5 +89,5 @@ def load(side: Side, cells: Sequence[GateCell], demands: Demands, core: int | No
 
 
 def names(cell: GateCell) -> dict[str, Any]:
-    """What a worker needs to build the cell."""
+    """Names by which a worker builds the cell."""
     return {"vehicle": cell.vehicle, "method": cell.method, "start": cell.start}

@@ -1,4 +1,4 @@
-"""What a block of a board's log says: thrusts, statuses and ticks of answers, and counted times."""
+"""Blocks of a board's log: thrusts, statuses and ticks of answers, and counted times."""
 
 from collections import Counter
 from typing import Any, NamedTuple

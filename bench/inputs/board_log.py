@@ -49,7 +49,7 @@ class LogBlock:
     lines: list[bytes]
 
     def texts(self, kind: str) -> list[bytes]:
-        """What the lines of a kind say, in order, without number, kind and CRC."""
+        """Texts of the lines of a kind, in order, without number, kind and CRC."""
         return self._by_kind.get(kind.encode(), [])
 
     @cached_property
@@ -67,7 +67,7 @@ class LogBlock:
 
 @dataclass
 class BoardLog:
-    """What arrived.
+    """Content of a board's log.
 
     Attributes
     ----------
@@ -131,7 +131,7 @@ def _parsed(text: bytes) -> BoardLog:
 
 
 def _block(log: BoardLog, begin: re.Match[bytes], end: re.Match[bytes]) -> LogBlock | None:
-    """What stands between two edges, if its text has the CRC that its last line holds."""
+    """Content between two edges, if its text has the CRC that its last line holds."""
     head, claimed = b"tb %s end" % end[1], end[3][:-_CRC]
     if end[3][-_CRC:] != b" %08x" % zlib.crc32(b"%s %s" % (head, claimed)):
         return None
@@ -176,7 +176,7 @@ def _numbered(log: BoardLog, number: int, starts: bool, expected: int) -> int:
 
 
 def _words(text: bytes) -> list[str]:
-    """What a line says; what would move a terminal's cursor, or is no text at all, as U+FFFD."""
+    """Words of a line; U+FFFD for what would move a terminal's cursor, or is no text at all."""
     return text.decode("ascii", "replace").translate(_CONTROLS).split()
 
 

@@ -1,4 +1,4 @@
-"""Which module of a folder reads a file, by the file's suffix."""
+"""Reader of a file: the module of a folder, by the file's suffix."""
 
 from collections.abc import Iterable
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Which quantity a column's name says, as loggers write it."""
+"""Quantities named by columns, as loggers write them."""
 
 import re
 
@@ -63,7 +63,7 @@ _MINUS = re.compile(rf"\u2212|(?<![^\W_]){_DASH}|{_DASH}(?![^\W_])")
 
 
 def says(name: str, quantity: str) -> bool:
-    """Whether a column's name, without a unit behind it, says a DOF or the time, and nothing else."""
+    """True if a column's name, without a unit behind it, names a DOF or the time, and nothing else."""
     if _MINUS.search(name) or set("|!~") & set(name):  # the opposite or the size, which nothing here turns
         return False
     words = words_of(name)
@@ -76,7 +76,7 @@ def says(name: str, quantity: str) -> bool:
 
 
 def may_be_meant(name: str, taken: str) -> bool:
-    """Whether a column may have the demand in place of the one taken: ``yaw_target`` beside ``yaw``.
+    """True if a column may hold the demand in place of the one in use: ``yaw_target`` beside ``yaw``.
 
     Not where the latter's own name says that it is a demand, as ``yaw_cmd``.
     """
@@ -98,7 +98,7 @@ def _words(name: str) -> list[str]:
 
 
 def says_moment(name: str, quantity: str) -> bool:
-    """Whether a name may be that of a moment which ``says`` does not know: ``yaw_torque``; ``tau_z``.
+    """True if a name may be that of a moment which ``says`` does not know: ``yaw_torque``; ``tau_z``.
 
     The latter is the force along z where that is asked for.
     """

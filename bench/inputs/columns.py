@@ -1,4 +1,4 @@
-"""Which column of a log is what, by its name and its unit."""
+"""Columns of a log by quantity, from their names and units."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -143,7 +143,7 @@ def listed(names: Sequence[str], most: int = 12) -> str:
 
 
 def maybe_angle(column: Column, quantity: str) -> bool:
-    """Whether nothing but a DOF's own name, as ``yaw``, says that a column is a moment and no attitude."""
+    """True if nothing but a DOF's own name, as ``yaw``, makes a column a moment and no attitude."""
     return quantity in MOMENTS and words_of(column.name) == [quantity] and not column.unit
 
 

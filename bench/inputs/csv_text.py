@@ -1,4 +1,4 @@
-"""What a number in a cell looks like, and rows as CSV text."""
+"""Numbers in cells, and rows as CSV text."""
 
 import csv
 import io
@@ -9,7 +9,7 @@ _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 
 def is_number(cell: str) -> bool:
-    """Whether a cell reads as a number."""
+    """True if a cell reads as a number."""
     return bool(_NUMBER.fullmatch(cell.strip()))
 
 

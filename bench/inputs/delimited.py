@@ -114,7 +114,7 @@ class Cells:
 
 
 def is_blank(cells: Iterable[str]) -> bool:
-    """Whether cells hold no number: they are empty, or NaN, which tools that merge logs fill in."""
+    """True if cells hold no number: they are empty, or NaN, which tools that merge logs fill in."""
     return all(cell.strip().lower() in ("", "nan") for cell in cells)
 
 
@@ -175,7 +175,7 @@ def _chained(
 
 
 def _separator(line: str, below: str) -> str:
-    """What separates the cells of a header; blanks only where the line below has as many of them."""
+    """Separator of the cells of a header; blanks only where the line below has as many of them."""
     for separator in (";", "\t", ","):
         if separator in line:
             return separator
@@ -240,5 +240,5 @@ def _date(text: str) -> float | None:
 
 
 def numeric(cell: str) -> bool:
-    """Whether a cell reads as a number, with a decimal point or a decimal comma."""
+    """True if a cell reads as a number, with a decimal point or a decimal comma."""
     return is_number(cell) or bool(_DECIMAL_COMMA.fullmatch(cell.strip()))

@@ -24,7 +24,7 @@ LATEST = 1e20
 
 
 class Demanded(NamedTuple):
-    """What a log asks.
+    """Demands of a log.
 
     Attributes
     ----------

@@ -55,7 +55,7 @@ class Mount(NamedTuple):
 
 
 class Motor(NamedTuple):
-    """What gz-sim's thruster plug-in says of a joint: the ends of its thrust [N], None for none.
+    """Limits that gz-sim's thruster plug-in gives a joint: the ends of its thrust [N], None for none.
 
     ``mirrored`` says that it has no end astern, so that the one ahead is taken for both.
     """
@@ -146,7 +146,7 @@ def motors(path: Path, root: Element) -> dict[str, Motor]:
 
 
 def has_thrusters(names: Iterable[str], found: Mapping[str, Motor], pattern: str) -> bool:
-    """Whether plug-ins, or a pattern of the names of joints and links, make something a thruster."""
+    """True if plug-ins, or a pattern of the names of joints and links, make something a thruster."""
     meant = _meant(pattern)
     return bool(found and not pattern) or any(meant.fullmatch(name) for name in names)
 

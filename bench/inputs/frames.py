@@ -70,7 +70,7 @@ def of_id(frame_id: str) -> str:
 
 
 def fixed(frame_id: str) -> bool:
-    """Whether a ROS frame_id stays with the earth, so that it does not turn with the vehicle."""
+    """True if a ROS frame_id stays with the earth, so that it does not turn with the vehicle."""
     return frame_id.lower().rpartition("/")[2].partition("_")[0] in FIXED
 
 
@@ -183,7 +183,7 @@ def like_ros(path: Path, names: Sequence[str], wanted: str) -> str:
 
 
 def doubted(path: Path, told: str, said: str, framed: str, named: Sequence[str], wanted: str) -> str:
-    """What may be wrong about the frame of a log's demands, in a line; nothing where the user tells it.
+    """Doubt about the frame of a log's demands, in a line; empty where the user tells it.
 
     Parameters
     ----------

@@ -33,7 +33,7 @@ have about three digits, so what is independent only in the last digit is roundi
 
 @dataclass(frozen=True)
 class ImportOptions:
-    """What the user says about a file that does not say it itself; empty or None where the user does not.
+    """Facts from the user that a file does not hold; empty or None where the user gives none.
 
     Attributes
     ----------

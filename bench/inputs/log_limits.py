@@ -46,7 +46,7 @@ def limit_columns(
     given: Mapping[str, str] = MappingProxyType({}),
     found: Mapping[str, Column] = MappingProxyType({}),
 ) -> dict[str, Column]:
-    """Which columns hold limits, by name: ``volts`` [V], ``f3_min`` [N].
+    """Columns that hold limits, by name: ``volts`` [V], ``f3_min`` [N].
 
     A column may also name one of the ``thrusters``: ``bow port_min`` is ``f0_min`` where that is the first.
     ``units`` stand in a line of their own, empty without one. ``given`` are names of columns as the user
@@ -109,7 +109,7 @@ def _with_factor(
 
 
 def _looks_like_a_limit(name: str, thrusters: Sequence[str]) -> bool:
-    """Whether a name has a side, min or max, beside a thruster's name or a word for its force."""
+    """True if a name has a side, min or max, beside a thruster's name or a word for its force."""
     squeezed = _squeezed(name)
     for thruster in filter(None, map(_squeezed, thrusters)):
         if any(squeezed in (thruster + side, side + thruster) for side in _SIDES):

@@ -1,4 +1,4 @@
-"""What can be known of generated C for every input: a proof with each file.
+"""Proofs about generated C for every input, one with each file.
 
 ``harness`` makes the call that is analysed, ``eva`` has Frama-C read it, ``symbolic`` reads the C itself
 into a list of operations, ``limits`` follows limits through it, ``proof`` says what proof.json holds.

@@ -1,4 +1,4 @@
-"""What a preprocessor drops or changes of C, held against what is printed.
+"""Changes that a preprocessor makes to C, compared with the C that is printed.
 
 Compilers differ in it: an analyser that takes one branch of an #if says nothing of the others.
 """

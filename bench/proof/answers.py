@@ -55,7 +55,7 @@ BY = "seeded demands, answered by the compiled C"
 
 
 def answered(of: Subject) -> list[Claim]:
-    """What many answers show: a claim that no answer bears on is not shown.
+    """Claims that many answers show; a claim that no answer bears on is not shown.
 
     Runs the C in this process, so memory must be known to be safe.
     """
@@ -121,7 +121,7 @@ def _made(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
 
 
 def _makes(answers: FaultAnswers, wrenches: FloatArray, of: Subject) -> BoolArray:
-    """Which answers (N,) make these wrenches (N, k) [N, N m]."""
+    """Mask of answers (N,) that make these wrenches (N, k) [N, N m]."""
     vehicle = answers.vehicle
     miss = np.abs(answers.F @ vehicle.TP.T - wrenches)
     # A kernel holds T f - tau against MET in its own scalar: each of its sums may be off by this much.
@@ -161,7 +161,7 @@ def _effort(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
 
 
 def _least(answers: FaultAnswers, question: Question, asked: BoolArray, of: Subject) -> tuple[int, str]:
-    """Whether the answers to a question that are asked for make its demands with least effort."""
+    """True if those answers to a question that are selected make its demands with least effort."""
     F = np.where(asked[:, None], answers.F, np.nan)
     gap = largest_gap(question, F, np.where(asked, Status.SOLVED, answers.status), HARD.name)
     if gap is None:
@@ -172,7 +172,7 @@ def _least(answers: FaultAnswers, question: Question, asked: BoolArray, of: Subj
 
 
 def _delivered(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
-    """Whether thrusts and shares of an answer belong together, also where a demand is met in part."""
+    """True if thrusts and shares of an answer belong together, also where a demand is met in part."""
     way = find_formulation(recipe(of.kernel).formulation).way
     assert way is not None  # a kernel that writes shares has levels
     vehicle, demands = answers.vehicle, answers.question.demands

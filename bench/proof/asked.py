@@ -34,7 +34,7 @@ PROCESSORS = (
 
 
 class FaultAnswers(NamedTuple):
-    """What the C answered to N demands of one fault.
+    """Answers of the C to N demands of one fault.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class FaultAnswers(NamedTuple):
 
 
 def asked(of: Subject, fault: int) -> FaultAnswers:
-    """What the C answers to seeded demands of a fault; raises NotInstalled without a compiler."""
+    """Answers of the C to seeded demands of a fault; raises NotInstalled without a compiler."""
     vehicle = of.vehicle if fault < 0 else of.vehicle.with_fault(fault)
     rng = np.random.default_rng(SEED)
     scalar = np.float32 if of.scalar == "float" else np.float64

@@ -183,7 +183,7 @@ def _bounded(of: Subject, effort: Effort) -> tuple[Claim, list[Rounding]]:
 
 
 def _exact(of: Subject) -> dict[int, dict[Node, float]]:
-    """Of each fault, constants by node as they were before they were rounded to float; none in double.
+    """Constants of each fault by node before they were rounded to float; none in double.
 
     They are read out of the same kernel in double. Where float makes other sums of it, the constants count as
     they stand in the C.

@@ -60,7 +60,7 @@ def prove_library(
 
 
 def _tried(files: Mapping[str, str], folder: Path) -> tuple[Claim, Claim]:
-    """What the self-test says, and what Valgrind says while it runs."""
+    """Output of the self-test, and of Valgrind while it runs."""
     passed, said = tools.tried(files, folder)
     if not passed:
         return not_shown(ANSWERS, said), not_shown(WRITTEN, ["the self-test fails"])

@@ -1,4 +1,4 @@
-"""What C's types make of numbers: one of another type than the kernel's own would round them."""
+"""Conversions by C's types: a number of another type than the kernel's own would be rounded."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -23,7 +23,7 @@ def constants(declared: c_ast.Decl, scalar: Scalar) -> Any:
 
 
 def held(declared: Any, value: Any, nodes: Sequence[Operation], scalar: Scalar) -> Any:
-    """What a variable, a parameter or a function of that type makes of a value; raises NotRead.
+    """Value that a variable, a parameter or a function of that type holds; raises NotRead.
 
     A type other than the kernel's own would round it, an int cut what is behind its point.
     """
@@ -38,7 +38,7 @@ def held(declared: Any, value: Any, nodes: Sequence[Operation], scalar: Scalar) 
 
 
 def _whole(nodes: Sequence[Operation], value: Node) -> bool:
-    """Whether a value is one of a few whole numbers: a truth, a constant, a choice between such."""
+    """True if a value is one of a few whole numbers: a truth, a constant, a choice between such."""
     kind, *rest = nodes[value]
     if kind == "choose":
         return _whole(nodes, rest[1]) and _whole(nodes, rest[2])

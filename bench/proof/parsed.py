@@ -142,7 +142,7 @@ def table(node: Any) -> Any:
 
 
 def _varies(node: Any) -> bool:
-    """Whether this declares a variable that is no constant number, or array of them.
+    """True if this declares a variable that is no constant number, or array of them.
 
     What a pointer points at may change, however constant the pointer is.
     """
@@ -160,7 +160,7 @@ def _varies(node: Any) -> bool:
 
 
 def loops(function: c_ast.FuncDef) -> bool:
-    """Whether a function has a loop that data end: with while, break, or a return inside."""
+    """True if a function has a loop that data end: with while, break, or a return inside."""
     found: list[tuple[Any, bool]] = [(function.body, False)]
     while found:
         node, inside = found.pop()

@@ -1,4 +1,4 @@
-"""What proof.json holds: what was shown of one kernel, by what, and what was not."""
+"""Content of proof.json: claims shown of one kernel, by which tool, and claims not shown."""
 
 from typing import Literal
 
@@ -92,7 +92,7 @@ class WorstPath(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def exact(self) -> bool:
-        """Whether a call takes as many instructions as any can."""
+        """True if a call takes as many instructions as any can."""
         return self.at_most == self.attained
 
     def __str__(self) -> str:
@@ -166,7 +166,7 @@ class Proof(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def safe(self) -> bool:
-        """Whether all that concerns memory, status and limits is shown."""
+        """True if all that concerns memory, status and limits is shown."""
         return all(claim.verdict != "not shown" for claim in self.claims)
 
 

@@ -1,4 +1,4 @@
-"""What is tested of the way to the ESCs: its own self-test, which knows what Python sends."""
+"""Test of the way to the ESCs: its own self-test, which knows what Python sends."""
 
 from pathlib import Path
 

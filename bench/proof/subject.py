@@ -1,4 +1,4 @@
-"""What is proven about: the C of one method for one vehicle."""
+"""Subject of a proof: the C of one method for one vehicle."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ ANSWERED = (0, 1)
 
 @dataclass(frozen=True, kw_only=True)
 class Subject:
-    """What is proven about: the C of one method for one vehicle.
+    """Subject of a proof: the C of one method for one vehicle.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Subject:
 
     @property
     def limited(self) -> bool:
-        """Whether the kernel promises limits."""
+        """True if the kernel promises limits."""
         return recipe(self.kernel).limited
 
 

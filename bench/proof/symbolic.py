@@ -17,7 +17,7 @@ from bench.proof.subject import Subject
 
 
 def programs(of: Subject) -> dict[int, Program]:
-    """What the kernel does for each fault, -1 for none; raises NotRead, ToolError without a compiler."""
+    """Programs of the kernel by fault, -1 for none; raises NotRead, ToolError without a compiler."""
     unit = read(of)
     entry = unit.functions[of.name]
     return {
@@ -60,7 +60,7 @@ class _Reader:
         return self.graph.add("unknown", len(self.graph.nodes))
 
     def read(self, entry: c_ast.FuncDef, fault: int, call: c_ast.FuncCall) -> Program:
-        """What the function that is called does where it comes to this call, of one fault."""
+        """Effect of a called function where it comes to this call, of one fault."""
         names: dict[str, Any] = dict(self.constants)
         arrays: list[Any] = []
         for parameter in entry.decl.type.args.params:

@@ -42,7 +42,7 @@ def version(tool: str) -> str:
 
 
 def run(command: list[str], folder: Path, given: str = "") -> str:
-    """What a tool prints, whatever its exit code; raises ToolError where it takes too long."""
+    """Output of a tool, whatever its exit code; raises ToolError where it takes too long."""
     done = ended(
         command, folder, TIME_LIMIT_S, given, PWD=str(folder), LC_ALL="C.UTF-8"
     )  # Frama-C takes its folder from PWD
@@ -50,7 +50,7 @@ def run(command: list[str], folder: Path, given: str = "") -> str:
 
 
 def tried(files: Mapping[str, str], folder: Path) -> tuple[bool, list[str]]:
-    """Whether ``tried``, made of these C files in a folder, ends with 0, and the lines that it prints."""
+    """True if ``tried``, made of these C files in a folder, ends with 0, and the lines that it prints."""
     write_folder(folder, files)
     sources = [name for name in files if name.endswith(".c")]
     built = run([*compiler(), *STANDARD, "-O1", "-g", "-I.", *sources, "-o", "tried"], folder)

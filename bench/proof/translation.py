@@ -1,4 +1,4 @@
-"""Whether C is the program that it was printed from: read back, and compared node by node."""
+"""Check that C is the program that it was printed from: read back, and compared node by node."""
 
 from alloc.c import programs as made_programs
 from alloc.methods import recipe
@@ -16,7 +16,7 @@ TRANSLATED = (
 
 
 def translated(of: Subject) -> Claim:
-    """Whether the C of a subject does what its method's program says, for every fault."""
+    """Claim that the C of a subject does what its method's program says, for every fault."""
     shared = made_programs(of.vehicle, recipe(of.kernel), of.scalar, of.faults, of.limits)
     made = {
         fault: at_fault(program, fault) if program.faults else program for fault, program in shared.items()
@@ -39,7 +39,7 @@ def translated(of: Subject) -> Claim:
 
 
 def difference(made: Program, read: Program) -> str:
-    """What of two programs is not the same, in words; empty where nothing is."""
+    """Difference of two programs, in words; empty where there is none."""
     graph = Graph()
     first, second = _Plain(graph, made), _Plain(graph, read)
     if made.outputs.keys() != read.outputs.keys():

@@ -38,7 +38,7 @@ Counted = Mapping[str, Sequence[Sequence[float]]]
 
 
 def counted_before(rows: Iterable[Emulated], of: Subject) -> Counted:
-    """What ``thrustbench emulate`` found to cost a kernel most, the same or an older one."""
+    """Costliest call that ``thrustbench emulate`` found for a kernel, the same or an older one."""
     found: dict[str, list[list[float]]] = {}
     for row in rows:
         names = row.vehicle, row.method, row.scalar, row.limits

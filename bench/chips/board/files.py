@@ -137,7 +137,7 @@ def _table(name: str, calls: FloatArray, scalar: Scalar) -> str:
 
 
 def _facts(project: Project) -> list[str]:
-    """What a log must say besides what was measured, so that whoever reads it needs nothing else."""
+    """Facts that a log must hold besides measurements, so that its reader needs nothing else."""
     first = project.kernels[0]
     arrays = {key: value.tolist() for key, value in arrays_of(project.vehicle).items()}
     packed = base64.b64encode(zlib.compress(json.dumps(arrays).encode(), 9)).decode()

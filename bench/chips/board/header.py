@@ -48,16 +48,16 @@ class LogHeader:
 
     @property
     def processor(self) -> str:
-        """What the port calls its processor."""
+        """Name that the port gives its processor."""
         return self.facts.get("processor", "")
 
     def of_escs(self, demands: str) -> bool:
-        """Whether a set of that name is asked of NAME_esc."""
+        """True if a set of that name is asked of NAME_esc."""
         return esc.METHOD in self.kernels and demands in esc.SIZES
 
 
 def header(block: LogBlock) -> LogHeader:
-    """What a block of kind ``board`` says; an error of any kind where another driver wrote it."""
+    """Header in a block of kind ``board``; raises an error of any kind where another driver wrote it."""
     facts: dict[str, str] = {}
     several: dict[str, list[list[str]]] = {"method": [], "demands": [], "vehicle": []}
     for name, *words in block.rows("fact"):

@@ -1,4 +1,4 @@
-"""What a board's log says, in the project's own words: its header, its demands, and each method's calls."""
+"""Board's log in the project's own terms: header, demands, and calls of each method."""
 
 import binascii
 import zlib
@@ -57,7 +57,7 @@ class TimedCalls:
 
 @dataclass(frozen=True, eq=False)
 class Heard:
-    """What arrived of one board's log.
+    """Content of one board's log.
 
     Attributes
     ----------
@@ -169,7 +169,7 @@ def _rounded(vehicle: Vehicle, scalar: Scalar) -> Vehicle:
 
 
 def _calls(block: LogBlock, width: int, scalar: np.dtype[Any]) -> FloatArray:
-    """What each call of a set was given (N, width)."""
+    """Arguments of each call of a set (N, width)."""
     rows = block.rows("tau")
     bits = bytes.fromhex("".join("".join(row[1:]) for row in rows))
     return (

@@ -17,7 +17,7 @@ SHOWN = 6
 
 
 class Kept(NamedTuple):
-    """What ``keep`` did.
+    """Result of ``keep``.
 
     Attributes
     ----------

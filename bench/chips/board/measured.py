@@ -37,7 +37,7 @@ PASSES = 10_000
 
 @dataclass(frozen=True)
 class Promise:
-    """What a kernel promises, and its answers are held to.
+    """Promise of a kernel, which its answers are held to.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ def lines(heard: Heard, name: str, started: str) -> Iterator[Line]:
 
 
 def promise(kernel: Kernel, heard: Heard) -> Promise:
-    """What a kernel promises: its twin's, as far as its scalar can hold that."""
+    """Promise of a kernel: its twin's, as far as its scalar can hold that."""
     if kernel.solver:
         tolerance = load(kernel.solver).TOLERANCE["default"][kernel.scalar]
         return Promise(HARD.name, limited=True, tolerance=tolerance)
@@ -150,7 +150,7 @@ def _thrusts(vehicle: Vehicle, name: str, count: int) -> Problem:
 
 
 def _sent(heard: Heard, name: str, run: TimedCalls) -> tuple[Judged, list[float]]:
-    """What Python says of the thrusts that NAME_esc made, and the slowest call's."""
+    """Verdict of Python on the thrusts that NAME_esc made, and the slowest call's."""
     calls, n = heard.thrusts[name], heard.vehicle.n
     agrees, apart = esc.agreement(heard.vehicle, calls, run.F, run.status)
     judged = Judged(

@@ -1,4 +1,4 @@
-"""What a project for a board asks: which methods and demand sets a vehicle can have, and what is left out."""
+"""Questions of a board's project: methods and demand sets of each vehicle, and those left out."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -15,7 +15,7 @@ from bench.demands import DemandSet, build_demands
 
 @dataclass(frozen=True, kw_only=True)
 class Project:
-    """What a project asks.
+    """Questions of a project.
 
     Attributes
     ----------

@@ -28,7 +28,7 @@ class Board:
 
     @property
     def facts(self) -> BoardFacts:
-        """What reports say of it: a part of its processor's line in a record."""
+        """Facts for reports: a part of its processor's line in a record."""
         return BoardFacts(name=self.name, clock_MHz=self.clock_MHz, basis=self.basis)
 
 

@@ -41,7 +41,7 @@ CORE = {*(f"r{i}" for i in range(13)), "ip", "lr", "sl", "fp", "sp"}
 
 
 class Lines(NamedTuple):
-    """What the rules ask of every instruction of an image: (N,) each.
+    """Properties of every instruction of an image that the rules need: (N,) each.
 
     Attributes
     ----------
@@ -158,7 +158,7 @@ def _refill(one: Executed, after: Executed | None) -> Cycles:
 
 
 def _between_words(one: Executed) -> bool:
-    """Whether an instruction of 4 bytes begins in the middle of a word."""
+    """True if an instruction of 4 bytes begins in the middle of a word."""
     return not _narrow(one) and one.address % 4 != 0
 
 
@@ -189,7 +189,7 @@ def _is_word(one: Executed | None) -> bool:
 
 
 def _narrow(one: Executed | None) -> bool:
-    """Whether an instruction has 2 bytes."""
+    """True if an instruction has 2 bytes."""
     return one is not None and one.following - one.address == 2
 
 

@@ -29,7 +29,7 @@ MISSED = 8
 
 
 class Cost(NamedTuple):
-    """What one instruction takes.
+    """Cycles of one instruction.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ NOWHERE |= {f"vsel{condition}" for condition in ("eq", "ge", "gt", "vs")}
 
 
 class Line(NamedTuple):
-    """What the walk over a call asks of an instruction.
+    """Properties of an instruction that the walk over a call needs.
 
     Attributes
     ----------

@@ -26,7 +26,7 @@ INDEX = ("", "dof", "axis", "row", "index", "name")
 
 
 def recognises(path: Path, text: str) -> bool:
-    """Whether the file is named .csv."""
+    """True if the file is named .csv."""
     return path.suffix.lower() == ".csv"
 
 
@@ -59,7 +59,7 @@ def read(path: Path) -> Draft:
 
 
 def _is_header(cells: Cells) -> bool:
-    """Whether the first line names or numbers the columns; raises FileError where it can't be told."""
+    """True if the first line names or numbers the columns; raises FileError where it can't be told."""
     header = cells.header
     if not any(map(numeric, header)):
         if axes := [cell for cell in header if cell.lower() in DOF] or _axes(header):
@@ -81,7 +81,7 @@ def _axes(header: list[str]) -> list[str]:
 
 
 def _counted(header: list[str]) -> bool:
-    """Whether a first line counts the columns, as pandas does: 0, 1, 2 or 1, 2, 3."""
+    """True if a first line counts the columns, as pandas does: 0, 1, 2 or 1, 2, 3."""
     cells = header[1:] if header[:1] and header[0].lower() in INDEX else header
     counts = ([str(i) for i in range(start, start + len(cells))] for start in (0, 1))
     return (len(cells) > 1 or len(cells) < len(header)) and cells in counts

@@ -18,7 +18,7 @@ MATRIX = "control_allocation_matrix"
 
 
 def recognises(path: Path, text: str) -> bool:
-    """Whether the text has a key ``control_allocation_matrix``."""
+    """True if the text has a key ``control_allocation_matrix``."""
     return any(line.strip().startswith(f"{MATRIX}:") for line in text.splitlines())
 
 

@@ -25,7 +25,7 @@ UNUSED = AXES | {"CT": 6.5}
 
 
 def recognises(path: Path, text: str) -> bool:
-    """Whether the text sets rotor parameters."""
+    """True if the text sets rotor parameters."""
     return "CA_ROTOR" in text
 
 

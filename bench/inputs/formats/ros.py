@@ -32,7 +32,7 @@ HELD = frozenset(
 
 
 def recognises(path: Path, text: str) -> bool:
-    """Whether the text has a key of positions, directions or the matrix."""
+    """True if the text has a key of positions, directions or the matrix."""
     starts = tuple(f"{key}:" for key in POSITIONS + DIRECTIONS + MATRIX)
     return any(line.strip().startswith(starts) for line in text.splitlines())
 

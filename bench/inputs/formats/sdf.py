@@ -41,7 +41,7 @@ DEEPEST = 100
 
 
 def recognises(path: Path, text: str) -> bool:
-    """Whether the text is XML of gz-sim."""
+    """True if the text is XML of gz-sim."""
     return "<sdf" in text
 
 
@@ -195,7 +195,7 @@ class Frames:
         return Mount(name, self._child(joint, scope), here[:3, 3], axis, turns, remark)
 
     def _of_model(self, name: str, joint: Element, scope: str) -> bool:
-        """Whether ``<use_parent_model_frame>``, or its default, goes before ``expressed_in``."""
+        """True if ``<use_parent_model_frame>``, or its default, goes before ``expressed_in``."""
         said = joint.find("axis/use_parent_model_frame")
         if said is None:  # 1_4.convert does not descend into nested models
             return self.minor < 5 and not scope and joint.find("axis") is not None

@@ -40,7 +40,7 @@ OPTIONS = (
 
 
 def recognises(path: Path, text: str) -> bool:
-    """Whether the text has a key ``tam``."""
+    """True if the text has a key ``tam``."""
     return any(line.strip().startswith("tam:") for line in text.splitlines())
 
 

@@ -43,7 +43,7 @@ FARTHEST = 20.0
 
 
 def recognises(path: Path, text: str) -> bool:
-    """Whether the file is YAML with a group of such entries, and no vehicle file itself."""
+    """True if the file is YAML with a group of such entries, and no vehicle file itself."""
     if path.suffix.lower() not in (".yaml", ".yml") or not any(key in text for key in POSITIONS):
         return False
     tree = read_yaml(path)

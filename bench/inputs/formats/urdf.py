@@ -41,7 +41,7 @@ _KEPT = {
 
 
 def recognises(path: Path, text: str) -> bool:
-    """Whether the text is XML of a robot."""
+    """True if the text is XML of a robot."""
     return "<robot" in text or "xacro" in "".join(path.suffixes)
 
 

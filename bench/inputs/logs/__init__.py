@@ -53,7 +53,7 @@ class Log(NamedTuple):
 
 
 class LogOptions(msgspec.Struct, frozen=True, kw_only=True):
-    """What a user says about a log that it does not say itself; empty where the user does not.
+    """Facts from the user that a log does not hold; empty where the user gives none.
 
     Attributes
     ----------
@@ -132,7 +132,7 @@ def read_log(
 
 
 def log_for(vehicle: Vehicle, path: Path, options: LogOptions | None = None) -> Demanded:
-    """What a log asks of a vehicle, in its DOF and its frame; raises what ``read_log`` does.
+    """Demands of a log on a vehicle, in its DOF and its frame; raises what ``read_log`` does.
 
     Voltages that no limits follow are left out with a doubt, unless the user named their column.
     """
@@ -180,7 +180,7 @@ def rate_hz(t: FloatArray | None) -> float | None:
 
 
 def after_gaps(t: FloatArray | None) -> tuple[int, ...]:
-    """Which demands of times (N,) [s] follow a gap: a step longer than ``GAP`` median ones."""
+    """Demands of times (N,) [s] that follow a gap: a step longer than ``GAP`` median ones."""
     if rate_hz(t) is None or t is None:
         return ()
     steps = np.diff(t)

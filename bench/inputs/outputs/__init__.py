@@ -19,7 +19,7 @@ from bench.inputs.units import TIME
 
 
 class Outputs(NamedTuple):
-    """What a vehicle recorded of its outputs.
+    """Recorded outputs of a vehicle.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ def read_outputs(
     frame: str = "",
     topic: str = "",
 ) -> Outputs:
-    """What a log says of a vehicle's outputs; a pulse of 0, which is none, counts as neutral.
+    """Outputs in a log; a pulse of 0, which is none, counts as neutral.
 
     The user may say the ``columns`` of a table, the ``frame`` of the demands, and as ``topic`` which instance
     of a ULog's outputs is which bank. Raises FileError, DemandError or NotInstalled.

@@ -205,7 +205,7 @@ def _count(data: Columns) -> int:
 
 
 def _fits(bank: str, functions: Mapping[int, int], data: Columns, parameters: Columns) -> bool:
-    """Whether an instance holds what the driver of a bank sends by the parameters."""
+    """True if an instance holds what the driver of a bank sends by the parameters."""
     return all(
         _sent(np.unique(data[f"output[{c - 1}]"]), bool(function), bank, c, parameters)
         if c <= _count(data)
@@ -215,7 +215,7 @@ def _fits(bank: str, functions: Mapping[int, int], data: Columns, parameters: Co
 
 
 def _sent(values: FloatArray, drives: bool, bank: str, c: int, parameters: Columns) -> bool:
-    """Whether output c of a bank may have had these values.
+    """True if output c of a bank may have had these values.
 
     An output that drives something has pulses from BANK_MINn to BANK_MAXn, not 0 all the time; one that does
     not has one value. Any may have 0, BANK_DISn or BANK_FAILn. DShot has a range of its own.
@@ -233,7 +233,7 @@ def _sent(values: FloatArray, drives: bool, bank: str, c: int, parameters: Colum
 
 
 def _counts(bank: str, functions: Mapping[int, int], data: Columns, _: Columns) -> bool:
-    """Whether an instance has as many outputs as a bank has parameters BANK_FUNCn."""
+    """True if an instance has as many outputs as a bank has parameters BANK_FUNCn."""
     return not bank or ("noutputs" in data and len(functions) == np.max(data["noutputs"]))
 
 

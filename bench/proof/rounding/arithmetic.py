@@ -87,7 +87,7 @@ class Arithmetic:
         return Value(low, high, self._moved.local(form), form, own)
 
     def _half(self, most: float) -> float:
-        """What rounding adds to a value of this size at most."""
+        """Largest rounding error of a value of this size."""
         half = 2.0 ** (floor(log2(most)) - DIGITS[self._scalar]) if most > 0 else 0.0
         return half + TINIEST[self._scalar]
 

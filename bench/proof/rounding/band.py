@@ -58,7 +58,7 @@ def _largest(program: Program, taus: FloatArray, scalar: Scalar) -> list[Any]:
 
 
 def _at_rest(program: Program) -> list[Any]:
-    """What every node is where tau is zero."""
+    """Values of every node where tau is zero."""
     named = {operation[1]: operation[2] for operation in program.nodes if operation[0] == "input"}
     inputs = {name: np.zeros((last + 1, 1)) for name, last in named.items()}
     return [

@@ -118,7 +118,7 @@ class Errors(Arithmetic):
             return self._div(self.values[above], self.values[below])
 
     def _share(self, node: Node, share: Share) -> Value:
-        """Of a share k / max(k, loads): what holds it below 1, and itself as a form."""
+        """Share k / max(k, loads): the gauge that holds it below 1, and itself as a form."""
         keep, least = self.values[share.keep], self.values[share.least]
         if not keep.low == least.low > 0.0:
             raise NotRead("a share of two different numbers")
@@ -154,7 +154,7 @@ class Errors(Arithmetic):
         return replace(value, error=value.error + jump)
 
     def _never(self, condition: Node) -> bool:
-        """Whether no attainable demand fulfils a condition, as linear programs show of what it compares.
+        """True if no attainable demand fulfils a condition, by linear programs over what it compares.
 
         That holds in real numbers, and with ``flips`` of what is calculated too.
         """
@@ -174,7 +174,7 @@ class Errors(Arithmetic):
         return found + value.error if self._flips else found
 
     def _lessened(self, condition: Node, other: Node, less: Node) -> Value:
-        """What is ``other`` less something where a condition holds, so that it moves by no more than that."""
+        """Difference of ``other`` and something, which moves by no more than that under a condition."""
         found = self._under(less, condition, True, {})
         if not found:
             return self._number(other)

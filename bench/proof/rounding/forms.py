@@ -68,5 +68,5 @@ def shares_of(form: Form) -> Shares:
 
 
 def has_tau(form: Form) -> bool:
-    """Whether tau stands in a form."""
+    """True if tau stands in a form."""
     return any(j > ONE for _, j in form)

@@ -81,6 +81,6 @@ def _binary(value: float) -> str:
 
 
 def _number(text: str) -> float:
-    """What Gappa prints: 123b-45, -1.5e-7 or 0."""
+    """Number as Gappa prints it: 123b-45, -1.5e-7 or 0."""
     whole = re.fullmatch(r"(-?\d+)b(-?\d+)", text.strip())
     return float(whole[1]) * 2.0 ** int(whole[2]) if whole else float(text)

@@ -11,7 +11,7 @@ from alloc.program import Node, Operation
 
 
 class Load(NamedTuple):
-    """What is taken of a slack.
+    """Part of a slack that is used up.
 
     Attributes
     ----------

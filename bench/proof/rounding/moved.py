@@ -43,7 +43,7 @@ COLLINEAR = 1e-12
 
 
 class Gauge(NamedTuple):
-    """What may hold a share below 1.
+    """Gauge that may hold a share below 1.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ class Moved:
         self._known: dict[object, float] = {}
 
     def added(self, most: float, of: Form | None = None, half: Callable[[float], float] = float) -> Form:
-        """What rounding adds to a value, a new unknown of no more than this size.
+        """Rounding error added to a value, a new unknown of no more than this size.
 
         Where the value has a form, ``half`` is what rounding adds to one of a given size.
         """
@@ -101,7 +101,7 @@ class Moved:
         return {(NOTHING, ONE - len(self._halves)): 1.0}
 
     def local(self, form: Form, holds: Facts = ()) -> float:
-        """What rounding adds to a form at most, its shares as they were calculated."""
+        """Largest rounding error of a form, its shares as they were calculated."""
         parts = [(ONE - 1 - j, abs(factor)) for (_, j), factor in form.items() if j < ONE]
         found = sum(factor * self._halves[number] for number, factor in parts)
         if holds:
@@ -227,7 +227,7 @@ def _key(form: Form) -> object:
 
 
 def _factor(form: Form, unit: Form) -> tuple[float, Form]:
-    """What a form is of another one but for rounding, and what is left; 0 where it is no multiple."""
+    """Ratio of a form to another one but for rounding, and the rest; 0 where it is no multiple."""
     largest = max(exact(unit), key=lambda atom: abs(unit[atom]))
     factor = form.get(largest, 0.0) / unit[largest]
     left = total((1.0, form), (-factor, unit))

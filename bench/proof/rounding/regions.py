@@ -1,4 +1,4 @@
-"""Where a condition holds, as ranges of the numbers that it compares."""
+"""Regions in which a condition holds, as ranges of the numbers that it compares."""
 
 from collections.abc import Mapping, Sequence
 from math import inf
@@ -42,7 +42,7 @@ def compared(nodes: Sequence[Operation], condition: Node) -> set[tuple[Node, Nod
 
 
 def both(a: Region, b: Region) -> Region | None:
-    """What lies in two regions; None where nothing does."""
+    """Intersection of two regions; None where it is empty."""
     found = dict(a)
     for node, (low, high) in b.items():
         before = found.get(node, (-inf, inf))

@@ -17,7 +17,7 @@ KINDS = {"double": (np.float64, np.longdouble), "float": (np.float32, np.float64
 
 
 class Seen(NamedTuple):
-    """What was seen.
+    """Largest errors seen.
 
     Attributes
     ----------

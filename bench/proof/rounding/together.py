@@ -1,4 +1,4 @@
-"""Which attainable demands and shares there can be together: a linear program over their products.
+"""Attainable demands and shares together: a linear program over their products.
 
 A product of shares times thrusts f counts as a vector of its own, as does the product itself. Of these it is
 known that each share lies between 0 and 1, each thrust within its limits, and what is added: a fact is a form

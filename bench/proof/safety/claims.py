@@ -41,7 +41,7 @@ SHARES = "Every share is a number from 0 to 1."
 
 
 def claims(of: Subject, folder: Path) -> list[Claim]:
-    """What is shown of the kernel, with any bits in its arguments; raises NotInstalled without Frama-C."""
+    """Claims shown of the kernel, with any bits in its arguments; raises NotInstalled without Frama-C."""
     tools.need("frama-c")
     analysis = eva.analyse(harness(of), folder, *_functions(of))
     made = [

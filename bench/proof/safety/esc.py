@@ -1,4 +1,4 @@
-"""What is shown of the way to the ESCs: calls with any bits in thrusts, limits and voltage."""
+"""Claims about the way to the ESCs: calls with any bits in thrusts, limits and voltage."""
 
 import re
 from pathlib import Path

@@ -41,7 +41,7 @@ class Property(NamedTuple):
 
 
 class Analysis(NamedTuple):
-    """What EVA says of one kernel.
+    """Findings of EVA about one kernel.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ def analyse(
 
 
 def claim(sentence: str, analysis: Analysis, *labels: str) -> Claim:
-    """Whether all properties of these labels are shown, as a claim."""
+    """Claim that all properties of these labels are shown."""
     if not analysis.answered:
         return Claim(
             claim=sentence, verdict="not shown", by=NAME, words=analysis.words or ["no call was answered"]

@@ -1,4 +1,4 @@
-"""What is shown of libthrustbench: any calls in any order, with any bits in their arguments.
+"""Claims about libthrustbench: any calls in any order, with any bits in their arguments.
 
 Between calls an allocator is nothing but numbers and indices. Three analyses begin with any numbers and any
 indices that lie within their arrays: calls that answer, functions that prepare, and the search for facets,

@@ -39,10 +39,10 @@ def resting(program: Program, fault: int) -> list[str]:
 
 
 class Known:
-    """What is known where a call is answered."""
+    """Facts known where a call is answered."""
 
     def __init__(self, program: Program) -> None:
-        """That no condition of an exit held."""
+        """Start from the fact that no condition of an exit held."""
         self._nodes = program.nodes
         self._numbers: set[Node] = set()
         self._finite: set[Node] = set()
@@ -112,7 +112,7 @@ class Known:
         return False
 
     def _known(self, node: Node) -> bool:
-        """Whether the node is a number, infinite perhaps."""
+        """True if the node is a number, infinite perhaps."""
         if node in self._finite or node in self._numbers:
             return True
         match self._nodes[node]:
@@ -127,7 +127,7 @@ class Known:
         return self._certain(node)
 
     def _certain(self, node: Node) -> bool:
-        """Whether the node is known to be finite."""
+        """True if the node is known to be finite."""
         match self._nodes[node]:
             case ("const", value):
                 return isfinite(value)
@@ -136,7 +136,7 @@ class Known:
         return node in self._finite
 
     def _at_least_one(self, node: Node) -> bool:
-        """Whether the node is a number of one or more: of a maximum the last operand, if others are NaN."""
+        """True if the node is a number of one or more: of a maximum the last operand, if others are NaN."""
         match self._nodes[node]:
             case ("const", value):
                 return bool(value >= 1.0)
@@ -145,7 +145,7 @@ class Known:
         return False
 
     def zero(self, value: Node) -> bool:
-        """Whether a value is zero: min(max(x, 0), 0), whatever x is, or zero within constant limits."""
+        """True if a value is zero: min(max(x, 0), 0), whatever x is, or zero within constant limits."""
         match self._nodes[value]:
             case ("min", inner, high):
                 match self._nodes[inner], self._nodes[high]:
@@ -174,7 +174,7 @@ class Known:
         return node
 
     def clamped(self, value: Node, i: int) -> bool:
-        """Whether a value is min(max(x, f_min[i]), f_max[i]) with limits that are known not to cross."""
+        """True if a value is min(max(x, f_min[i]), f_max[i]) with limits that are known not to cross."""
         match self._nodes[value]:
             case ("min", inner, high) if self._nodes[high] == ("input", "f_max", i):
                 match self._nodes[inner]:
