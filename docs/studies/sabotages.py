@@ -199,6 +199,16 @@ def _loose(program: Program) -> Program:
     return _with(program, (bound, ("const", 1e6 * program.nodes[bound][1])))
 
 
+KINDS = {
+    "NaN": "!({0} <= 0) && !({0} >= 0)",
+    "infinity": "{0} > 0x1.fffffffffffffp1023",
+    "minus infinity": "{0} < -0x1.fffffffffffffp1023",
+    "a subnormal number": "{0} > 0 && {0} < (sizeof({0}) == 4 ? 0x1p-126 : 0x1p-1022)",
+    "minus zero": "{0} == 0 && 1 / {0} < 0",
+}
+"""Kinds of numbers, and the condition in C that holds of no other, whether double or float."""
+
+
 SABOTAGES = (
     # What stays a change of text is no operation: a table's index, a declaration, an integer, the switch over
     # faults, a loop's template, an enumeration.

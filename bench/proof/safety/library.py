@@ -4,8 +4,13 @@ Between calls an allocator is nothing but numbers and indices. Three analyses be
 indices that lie within their arrays: calls that answer, functions that prepare, and the search for facets,
 which stands apart since it would take minutes among them. Those that write an allocator must leave such
 indices behind.
+
+Numbers are volatile in the C that is analysed: each read gives any bits, more than any call can see. EVA 25
+needs that: under ``-lib-entry`` it takes a global's numbers for finite, and where a comparison leaves an entry
+of an array nothing but NaN it takes what follows for unreachable.
 """
 
+import re
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from os import cpu_count
@@ -64,7 +69,8 @@ def claims(made: Mapping[str, str], n_max: int, folder: Path) -> list[Claim]:
 
 
 ANY_MEMORY = ("-lib-entry", "-eva-initialized-locals")
-"""Memory holds anything: an allocator, arguments, and what a function has not yet written."""
+"""Memory holds any integers: an allocator, arguments, and what a function has not yet written."""
+LOCAL = re.compile(r"^ +(?:const )?(?:tb_real|struct) [^();]*;", re.MULTILINE)
 
 
 def _analysis(
@@ -73,8 +79,28 @@ def _analysis(
     place = folder / name
     place.mkdir()
     sources = [each for each in made if each.endswith(".c") and (name, each) != ("prepares", FACETS_IN)]
+    made = {file: _volatile(text) for file, text in made.items()}
     included = "".join(f'#include "{source}"\n' for source in sorted(sources))
     return eva.analyse({**made, MAIN: included + main}, place, options=(*eva.ALWAYS, *ANY_MEMORY, *options))
+
+
+def _volatile(text: str) -> str:
+    """The C with volatile numbers, and locals that begin with any bits: EVA would ask who wrote them."""
+    text = re.sub(r"typedef (?=\w+ tb_real;)", r"\g<0>volatile ", text)
+    parts = re.split(r"(struct \w+ \{[^}]*\};)", text)
+    for i, part in enumerate(parts):
+        if i % 2:
+            name = part.split()[1]
+            parts[i] = f"{part} extern volatile struct {name} any_{name};"
+        else:
+            parts[i] = LOCAL.sub(_begun, part)
+    return "".join(parts)
+
+
+def _begun(found: re.Match[str]) -> str:
+    """A declaration of locals in which all have a value; of numbers none counts."""
+    text = re.sub(r"struct (\w+) (\w+);", r"struct \1 \2 = any_\1;", found[0])
+    return re.sub(r"((?:tb_real|going|,) [a-zA-Z]\w*(?:\[[^]]*\])*)(?=[,;])", r"\1 = {0}", text)
 
 
 def _every(statement: str, names: Iterable[str]) -> str:

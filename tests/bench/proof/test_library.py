@@ -8,9 +8,11 @@ import pytest
 from click.testing import CliRunner
 
 from alloc.library import files
+from alloc.program import Scalar
 from bench.commands.prove import command
 from bench.proof import Proof
 from bench.proof.safety.library import claims
+from sabotages import KINDS
 from tests.analysers import needs_frama_c
 
 SMALL = 3, 2
@@ -50,6 +52,48 @@ def test_what_is_broken_is_not_shown(sabotage: str, tmp_path: Path) -> None:
     broken = {name: text.replace(before, after) for name, text in whole.items()}
     assert broken != whole
     assert "not shown" in [claim.verdict for claim in claims(broken, SMALL[0], tmp_path)]
+
+
+READ = {
+    "tb_rules.c": {
+        "    const int status = tb_enter(a, tau, f_min, f_max, &t);\n    return": (
+            *("tau[0]", "f_min[0]", "f_max[0]", "f[0]", "a->scale", "a->G[0][0]"),
+        )
+    },
+    "tb_prepare.c": {
+        "    a->n = 0;\n": ("T[0]", "H[0]", "readiness[0]", "f_min[0]", "f_max[0]"),
+        "    const int status = refresh(": ("a->A[0][0]", "a->readiness[0]"),
+    },
+    "tb_levels.c": {
+        "    a->levels = most + 1;\n": ("a->unit[0]", "a->pushed[0][0]"),
+        "    if (status == TB_SOLVED && a->facets": ("share[0]",),
+    },
+    "tb_facets.c": {"    a->facets = 0;\n": ("doubt", "a->N[0][0]")},
+}
+"""By file and line of C, numbers of arguments and allocators that can be read in front of it."""
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("scalar", ["double", "float"])
+def test_an_error_that_one_kind_of_number_reaches_is_found_in_each_argument(
+    scalar: Scalar, tmp_path: Path
+) -> None:
+    """NaN, infinity, subnormals and minus zero; nothing else is found."""
+    made, planted = files(scalar, *SMALL), 0
+    for name, lines in READ.items():
+        for line, numbers in lines.items():
+            assert made[name].count(line) == 1
+            faults = ""
+            for number in numbers:
+                there = "" if "->" in number or "[" not in number else f"{number.split('[')[0]} != NULL && "
+                for kind in KINDS.values():
+                    faults += f"    if ({there}{kind.format(number)}) {{ int none[1]; none[99] = 0; }}\n"
+                    planted += 1
+            made[name] = made[name].replace(line, faults + line)
+    no_error = claims(made, SMALL[0], tmp_path)[:3]
+    words = [text for claim in no_error for text in claim.words]
+    assert {text.split(": ", 1)[1] for text in words} == {"index_bound: 99 < 1: Invalid or unreachable"}
+    assert len({text.split(": ")[0] for text in words}) == planted
 
 
 @pytest.mark.long
