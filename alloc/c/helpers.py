@@ -181,7 +181,7 @@ def _covering(name: str, scalar: Scalar) -> str:
     """A form for analysers that covers comparisons and the FPU's instructions alike.
 
     Of two numbers both give the smaller or larger, and of NaN and a number b both give b; where b is NaN a
-    comparison gives b and the FPU gives a, so either is taken. Frama-C 25 does not know that a comparison
+    comparison gives b and the FPU gives a, and of two zeros the FPU takes its own: either is taken. Frama-C 25 does not know that a comparison
     with NaN is false: the loops, which never run, tell it what is no NaN.
     """
     return f"""\
@@ -199,7 +199,7 @@ static inline SCALAR tb_{name}_OF(SCALAR a, SCALAR b)
     }}
     while (a != a) {{
     }}
-    return a {SIGNS[name]} b ? a : b;
+    return a {SIGNS[name]} b || (a == b && either) ? a : b;
 }}
 """
 

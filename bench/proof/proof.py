@@ -176,7 +176,12 @@ ASSUMPTIONS = [
     "An int has 32 bits; double and float are binary64 and binary32, subnormal numbers included:"
     " flush-to-zero is off.",
     "The caller passes arrays as long as the header says; f and share overlap no other.",
-    "Minimum and maximum are C's comparisons, or the FPU's minNum and maxNum of IEEE 754-2008.",
+    "Minimum and maximum are C's comparisons, or the FPU's minNum and maxNum of IEEE 754-2008, to which no"
+    " signalling NaN comes from a caller. Frama-C 25 takes fmax's result for any number: a form that covers"
+    " both stands in for it, and bounds behind any other call of fmax are not shown.",
+    "Where a comparison leaves an entry of an array nothing but NaN, Frama-C 25 takes what follows for"
+    " unreachable. Arguments (and all numbers of libthrustbench) are read as volatile, which avoids that;"
+    " arrays and structures of a kernel's own loops and of the way to the ESCs are not.",
     "Compiler hints (__builtin_expect, an empty asm, __builtin_fabs) mean what GCC says they mean; the"
     " analyser reads the C without them.",
 ]

@@ -208,6 +208,18 @@ KINDS = {
 }
 """Kinds of numbers, and the condition in C that holds of no other, whether double or float."""
 
+_ALL = r"for (int i = 0; i < \2; i++) { f[i] = 1e30F; }"
+PLANTED: tuple[tuple[str, str, Where, str], ...] = (
+    ("an entry behind f is written", "tau[0]", "fixed", "f[999] = 0;"),
+    ("an entry behind f is written", "f_min[0]", "call", "f[999] = 0;"),
+    ("an entry behind f is written", "f_max[0]", "call", "f[999] = 0;"),
+    ("a status that no header names is returned", "tau[0]", "fixed", "return 7;"),
+    ("f is touched by a call that is refused", "tau[0]", "fixed", "f[0] = 0; return TB_INFEASIBLE;"),
+    ("limits are exceeded", "tau[0]", "fixed", _ALL + " share[0] = 0; return TB_SOLVED;"),
+    ("a share is above one", "tau[0]", "fixed", _ALL + " share[0] = 2; return TB_SOLVED;"),
+)
+"""Breaks of every claim: the fault, the number that one kind of is planted for, limits, the statement."""
+
 
 SABOTAGES = (
     # What stays a change of text is no operation: a table's index, a declaration, an integer, the switch over
@@ -307,6 +319,18 @@ SABOTAGES = (
         "an FPU's minimum is its maximum", "nullspace", "fixed", r"__builtin_fmin(f?)\(", r"__builtin_fmax\1("
     ),
     Sabotage("-ffast-math is not refused", "nullspace", "fixed", r"#if defined __FAST_MATH__ .*", "#if 0"),
+    # What demands and limits of one kind only reach.
+    *(
+        Sabotage(
+            f"{broken} where {number} is {name}",
+            "scaled",
+            limits,
+            r"(f\[(\d+)\].*\)\n\{\n)(    switch \(fault\))",
+            rf"\1    if ({kind.format(number)}) {{ {instead} }}\n\3",
+        )
+        for name, kind in KINDS.items()
+        for broken, number, limits, instead in PLANTED
+    ),
 )
 
 

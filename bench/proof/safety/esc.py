@@ -13,7 +13,7 @@ from bench.proof.parsed import kept, parsed
 from bench.proof.proof import Claim
 from bench.proof.safety import eva
 from bench.proof.safety.claims import stateless
-from bench.proof.safety.harness import MAIN
+from bench.proof.safety.harness import MAIN, any_bits
 from bench.proof.subject import Subject
 
 NO_ERROR = (
@@ -62,7 +62,8 @@ def claims(of: Subject, folder: Path) -> list[Claim]:
     text = covering(made[name], of.scalar)
     for usual, told in TOLD.items():
         text = re.sub(usual, told, text)
-    found = eva.analyse({**of.files, **made, name: text, MAIN: _main(of)}, place)
+    read = {each: any_bits(part) for each, part in {**of.files, **made, name: text}.items()}
+    found = eva.analyse({**read, MAIN: any_bits(_main(of))}, place)
     shown = [eva.claim(NO_ERROR, found, *found.alarms(*LABELS)), eva.claim(RANGE, found, *sorted(LABELS))]
     shown.append(stateless(STATELESS, lambda: kept(parsed({**of.files, **made}, name))))
     return of_all_branches(shown, of)  # this C includes the kernel's header

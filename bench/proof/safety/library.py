@@ -6,7 +6,7 @@ which stands apart since it would take minutes among them. Those that write an a
 indices behind.
 
 Numbers are volatile in the C that is analysed: each read gives any bits, more than any call can see. EVA 25
-needs that: under ``-lib-entry`` it takes a global's numbers for finite, and where a comparison leaves an entry
+needs that: under ``-lib-entry`` numbers of globals are finite to it, and where a comparison leaves an entry
 of an array nothing but NaN it takes what follows for unreachable.
 """
 

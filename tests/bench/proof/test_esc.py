@@ -12,6 +12,7 @@ from bench.proof import prove, subject
 from bench.proof.page import page
 from bench.proof.safety import esc
 from bench.proof.sent import SENT, sent
+from sabotages import KINDS
 from tests.analysers import needs_frama_c
 
 BLUEROV2 = load_vehicle("bluerov2")
@@ -122,3 +123,26 @@ def test_a_broken_line_is_not_shown(line, broken, tmp_path: Path, monkeypatch) -
     assert changed == 1
     monkeypatch.setattr(esc, "files", lambda _: made | {name: text})
     assert "not shown" in [claim.verdict for claim in esc.claims(of, tmp_path)]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("scalar", ["double", "float"])
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("number", ["f[0]", "f_min[0]", "f_max[0]", "volts"])
+@pytest.mark.parametrize(
+    ("broken", "instead"),
+    [(esc.NO_ERROR, "command[999] = 0;"), (esc.RANGE, "command[0] = 9999; return TB_SOLVED;")],
+)
+def test_a_number_of_one_kind_that_breaks_a_claim_is_found(
+    broken: str, instead: str, number: str, kind: str, scalar, tmp_path: Path, monkeypatch
+) -> None:
+    of = subject(BLUEROV2, "pinv", scalar, "call")
+    made, name = esc.files(of), f"{of.name}_esc.c"
+    text, changed = re.subn(
+        r"(\w+(?<!_to)_esc\(const .*\)\n\{\n)",
+        rf"\g<1>    if ({KINDS[kind].format(number)}) {{ {instead} }}\n",
+        made[name],
+    )
+    assert changed == 1
+    monkeypatch.setattr(esc, "files", lambda _: made | {name: text})
+    assert broken in [claim.claim for claim in esc.claims(of, tmp_path) if claim.verdict == "not shown"]

@@ -17,7 +17,7 @@ from bench.commands.prove import command
 from bench.proof import Proof, prove, subject, tools
 from bench.proof.safety import claims as safety
 from bench.proof.safety import eva
-from sabotages import SABOTAGES, Sabotage, noticed, sabotaged
+from sabotages import KINDS, SABOTAGES, Sabotage, noticed, sabotaged
 from tests.analysers import needs_frama_c
 
 UKWIAL = load_vehicle("ukwial")
@@ -111,6 +111,32 @@ def test_a_proof_finds_sabotage(sabotage: Sabotage, tmp_path: Path) -> None:
     """The same C, broken in one place, is not shown, and the words say why."""
     whole = subject(UKWIAL, sabotage.kernel, "double", sabotage.limits)
     assert noticed(sabotaged(whole, sabotage), tmp_path)
+
+
+PLANTS = [each for each in SABOTAGES if any(each.name.endswith(f"] is {kind}") for kind in KINDS)]
+REACHED = {
+    "an entry": safety.NO_ERROR,
+    "a status": safety.STATUS,
+    "f is touched": safety.STATUS,
+    "limits": safety.LIMITS,
+    "a share": safety.SHARES,
+}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("scalar", ["double", "float"])
+@pytest.mark.parametrize(
+    "sabotage", [pytest.param(each, id=each.name) for each in PLANTS if each.limits == "fixed"]
+)
+def test_a_claim_is_not_shown_where_one_kind_of_demand_breaks_it(
+    sabotage: Sabotage, scalar: Scalar, tmp_path: Path
+) -> None:
+    """EVA itself finds it: NaN in an entry of an array was once unreachable to it."""
+    of = sabotaged(subject(UKWIAL, sabotage.kernel, scalar, "fixed"), sabotage)
+    found = {each.claim for each in safety.claims(of, tmp_path) if each.verdict == "not shown"}
+    (broken,) = {claim for words, claim in REACHED.items() if sabotage.name.startswith(words)}
+    assert broken in found
+    assert broken == safety.NO_ERROR or safety.NO_ERROR not in found
 
 
 def test_the_status_of_a_fault_that_there_is_not_is_its_own(tmp_path: Path) -> None:
