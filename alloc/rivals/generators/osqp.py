@@ -35,19 +35,21 @@ def missing() -> str:
 def generate(qp: QP, scalar: Scalar, level: Level) -> Files:
     """OSQP without a clock or printing; only l and u change, nothing is allocated.
 
-    Rows are [A; I]. Each call begins at zero: OSQP ships it so that it begins where the last call ended.
+    Rows are [A; I]. C for changing "matrices" adapts the step size rho as the library does, every 50
+    iterations; C for changing "vectors" leaves it as it is. Each call begins at zero and with the same rho:
+    OSQP ships it so that it begins where the last call ended.
     """
     import osqp
 
     model = osqp.OSQP()
     model.setup(**binding.problem(qp), **SETTINGS[level], warm_starting=False)
     with tempfile.TemporaryDirectory() as folder:
-        model.codegen(folder, parameters="vectors", use_float=scalar == "float", force_rewrite=True)
+        model.codegen(folder, parameters="matrices", use_float=scalar == "float", force_rewrite=True)
         paths = [path for path in Path(folder).rglob("*.[ch]") if path.name != "emosqp.c"]
         texts = {path.name: _plain(path.read_text(encoding="utf-8")) for path in paths}
     own = {name: texts.pop(name) for name in ("workspace.c", "workspace.h")}
     p, m = qp.A.shape
-    return Files(own | {"rival_osqp.c": _TEXT % {"m": m, "p": p}}, texts)
+    return Files(own | {"rival_osqp.c": _TEXT % {"m": m, "p": p, "rho": binding.RHO}}, texts)
 
 
 def _plain(text: str) -> str:
@@ -62,10 +64,16 @@ _TEXT = """\
 #include "workspace.h"
 
 enum { VARIABLES = %(m)d, EQUATIONS = %(p)d, ROWS = VARIABLES + EQUATIONS };
+#define RHO %(rho)s /* OSQP's own first step size */
 
 int rival_solve(const real *b, const real *lb, const real *ub, real *x, real *y)
 {
     static real low[ROWS], high[ROWS];
+    static int ready;
+    if (!ready) { /* the factors that were generated were rounded elsewhere */
+        osqp_update_rho(&solver, (OSQPFloat)RHO);
+        ready = 1;
+    }
     for (int i = 0; i < EQUATIONS; i++)
         low[i] = high[i] = b[i];
     for (int i = 0; i < VARIABLES; i++) {
@@ -80,6 +88,8 @@ int rival_solve(const real *b, const real *lb, const real *ub, real *x, real *y)
     /* Embedded OSQP never writes prim_inf_cert. At its cap the multipliers run along any proof there is. */
     for (int i = 0; i < EQUATIONS; i++)
         y[i] = status == OSQP_PRIMAL_INFEASIBLE ? solver.work->delta_y->values[i] : solver.solution->y[i];
+    if (solver.info->rho_updates)
+        osqp_update_rho(&solver, (OSQPFloat)RHO);
     return status == OSQP_SOLVED ? 0 : status == OSQP_PRIMAL_INFEASIBLE ? 2 : 3;
 }
 """

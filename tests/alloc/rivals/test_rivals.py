@@ -20,6 +20,7 @@ from alloc.allocation import WRENCH_TOLERANCE, FloatArray
 from alloc.c import missing
 from alloc.c.compiled import shared_library
 from alloc.errors import NotInstalled
+from alloc.program import Scalar
 from alloc.qp import pose_hard
 from alloc.rivals import Files, download, load, names, wrapper
 from alloc.rivals.bind import bound, library
@@ -168,6 +169,43 @@ def test_every_rival_at_its_most_accurate_meets_what_can_be_met_as_its_binding_d
     else:
         assert (status == Status.SOLVED).all()
         assert allocate.tolerance <= 1e-5
+
+
+@needs_compiler
+@pytest.mark.parametrize("scalar", ["double", "float"])
+@pytest.mark.parametrize("name", names())
+def test_an_answer_does_not_depend_on_the_calls_before_it(name: str, scalar: Scalar) -> None:
+    """Demands far beyond reach drive OSQP's step size away; each demand is asked first, after it and last."""
+    if reason := load(name).missing():
+        pytest.skip(reason)
+    vehicle = load_vehicle("bluerov2-heavy")
+    made = wrapper.rival(name, vehicle, scalar, checked=False)
+    function = ctypes.CDLL(str(shared_library(name, made.own, shared=made.shared)))[made.entry]
+    number = np.float64 if scalar == "double" else np.float32
+
+    def answered(tau: FloatArray) -> bytes:
+        f = np.full(vehicle.n, UNTOUCHED, dtype=number)
+        pointers = (array.ctypes.data_as(ctypes.c_void_p) for array in (tau.astype(number), f))
+        return bytes([function(*pointers) & 0xFF]) + f.tobytes()
+
+    F = np.random.default_rng(5).uniform(vehicle.f_min, vehicle.f_max, (20, vehicle.n))
+    taus = np.repeat([0.3, 0.95, 0.95, 4.0], 5)[:, None] * F @ vehicle.TP.T
+    forwards = [answered(tau) for tau in taus]
+    assert [answered(tau) for tau in taus[::-1]][::-1] == forwards
+    assert [answered(tau) for tau in taus] == forwards
+
+
+@needs_compiler
+@pytest.mark.skipif(not shutil.which("nm"), reason="needs nm of the binutils")
+@pytest.mark.parametrize("name", names())
+def test_no_rival_asks_for_memory_or_the_time(name: str) -> None:
+    """What its C takes from elsewhere: mathematics, and copying within memory that it has."""
+    if reason := load(name).missing():
+        pytest.skip(reason)
+    listing = ["nm", "-D", "--undefined-only", library(name, load_vehicle("ukwial"))]
+    listed = subprocess.run(listing, capture_output=True, text=True, check=True).stdout
+    needed = {line.split()[1].split("@")[0] for line in listed.splitlines() if line.split()[0] == "U"}
+    assert needed <= {"fmax", "fmin", "sqrt", "memcpy", "memmove", "memset"}
 
 
 def test_every_rival_that_is_not_accurate_by_default_has_a_level_that_is() -> None:
