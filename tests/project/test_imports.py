@@ -21,6 +21,7 @@ FILES = [p for p in ALL if p.parent.name != "defects"]
 IN_ALLOC = [p for p in FILES if p.is_relative_to(ROOT / "alloc")]
 METHODS, SOLVERS = ROOT / "alloc" / "methods", ROOT / "alloc" / "solvers"
 BINDINGS = {"clarabel", "cvxopt", "daqp", "ecos", "highspy", "osqp", "piqp", "proxsuite"} | {
+    "qoco",
     "qpalm",
     "qpsolvers",
     "quadprog",

@@ -96,6 +96,10 @@ def flags_of(name: str) -> set[object]:
             from proxsuite import proxqp
 
             return set(proxqp.QPSolverOutput.__members__)
+        case "qoco":
+            from qoco import QOCO
+
+            return set(QOCO().solvecodes)
         case "qpalm":
             from qpalm import Info
 
@@ -109,7 +113,7 @@ def flags_of(name: str) -> set[object]:
     raise LookupError(name)
 
 
-LISTED = sorted({"clarabel", "highs", "osqp", "piqp", "proxqp", "qpalm", "scs"} & set(INSTALLED))
+LISTED = sorted({"clarabel", "highs", "osqp", "piqp", "proxqp", "qoco", "qpalm", "scs"} & set(INSTALLED))
 
 
 @pytest.mark.parametrize("name", LISTED)
@@ -273,10 +277,10 @@ def test_an_answer_does_not_change_when_the_next_is_made(name: str) -> None:
 
 @pytest.mark.parametrize(
     ("name", "number"),
-    [("clarabel", 1), ("daqp", 1), ("highs", 1), ("osqp", 1), ("piqp", 7), ("quadprog", 1)],
+    [("clarabel", 1), ("daqp", 1), ("highs", 1), ("osqp", 1), ("piqp", 7), ("qoco", 1), ("quadprog", 1)],
 )
 def test_a_reused_object_answers_as_a_new_one_does(name: str, number: int) -> None:
-    """To the bit, also after infeasible demands, which drive OSQP's step size far away."""
+    """To the bit, also after infeasible demands, which change OSQP's step size and spoil QOCO's object."""
     vehicle, rng = vehicle_of(number)
     posed, solver = pose_hard(vehicle), solvers.load(name)
     taus = inside(vehicle, rng, 24) * rng.choice([1.0, 1.0, 2.0], (24, 1))
