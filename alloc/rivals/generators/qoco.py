@@ -23,6 +23,8 @@ TOLERANCE: dict[Level, dict[Scalar, float]] = {"default": {"double": 1e-3, "floa
 """There is no tighter level: told to stop at 1e-9 in place of 1e-7, QOCO gives up on a third of the demands
 that take thrusters to their limits, whatever its regularisation and refinement (docs/studies/rivals.py)."""
 
+SWITCHES = {"generate_ruiz": False}
+"""What the generator is told: not to scale the problem, whose rows are orthonormal already."""
 
 _QUIET = Lock()
 """Standard output is the process's: of two threads that redirect it one would put the other's back."""
@@ -43,7 +45,7 @@ def generate(qp: QP, scalar: Scalar, level: Level) -> Files:
     p, m = qp.A.shape
     matrices = csc_matrix(qp.H), qp.g, csc_matrix(qp.A), np.zeros(p), csc_matrix(G), h
     with tempfile.TemporaryDirectory() as folder, _QUIET, contextlib.redirect_stdout(io.StringIO()):
-        qocogen.generate_solver(m, len(h), p, *matrices, len(h), 0, None, folder, "qoco")
+        qocogen.generate_solver(m, len(h), p, *matrices, len(h), 0, None, folder, "qoco", **SWITCHES)
         paths = sorted(Path(folder, "qoco").glob("*.[ch]"))
         texts = {path.name: _plain(path.read_text(encoding="utf-8")) for path in paths}
     del texts["runtest.c"]

@@ -23,6 +23,9 @@ SETTINGS: dict[Scalar, dict[str, Any]] = {
 """What differs from CasADi's defaults, 1000 iterations and 1e-8, which
 single precision does not reach."""
 
+SWITCHES: dict[str, Any] = {"with_header": True, "casadi_int": "int"}
+"""What CasADi's generator is told; the rest are its defaults."""
+
 
 def missing() -> str:
     """How to install CasADi."""
@@ -37,7 +40,7 @@ def generate(qp: QP, scalar: Scalar, level: Level) -> Files:
     quiet = {"print_iter": False, "print_header": False, "print_info": False, "error_on_fail": False}
     sparsity = {"h": H.sparsity(), "a": A.sparsity()}
     with tempfile.TemporaryDirectory() as folder:
-        generator = casadi.CodeGenerator("qrqp", {"with_header": True, "casadi_int": "int"})
+        generator = casadi.CodeGenerator("qrqp", SWITCHES)
         generator.add(casadi.conic("qrqp", "qrqp", sparsity, quiet | SETTINGS[scalar]))
         generator.generate(f"{folder}/")
         texts = {path.name: path.read_text(encoding="utf-8") for path in sorted(Path(folder).glob("*.[ch]"))}
