@@ -181,8 +181,8 @@ def _covering(name: str, scalar: Scalar) -> str:
     """A form for analysers that covers comparisons and the FPU's instructions alike.
 
     Of two numbers both give the smaller or larger, and of NaN and a number b both give b; where b is NaN a
-    comparison gives b and the FPU gives a, and of two zeros the FPU takes its own: either is taken. Frama-C 25 does not know that a comparison
-    with NaN is false: the loops, which never run, tell it what is no NaN.
+    comparison gives b and the FPU gives a, and of two zeros the FPU takes its own: either is taken. Frama-C
+    25 does not know that a comparison with NaN is false: the loops, which never run, tell it what is no NaN.
     """
     return f"""\
 extern volatile int either;

@@ -6,7 +6,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray, Status
 from alloc.qp import QP
-from alloc.qp.sides import OneSided
+from alloc.qp.problem import OneSided
 from alloc.solvers import Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "qoco"
@@ -40,8 +40,8 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     from scipy.sparse import csc_matrix
 
     p, m = qp.A.shape
-    G, h = qp.one_sided
-    P, A, G = csc_matrix(qp.H), csc_matrix(qp.A), csc_matrix(G)
+    rows, h = qp.one_sided
+    P, A, G = csc_matrix(qp.H), csc_matrix(qp.A), csc_matrix(rows)
     sides = OneSided(qp)
 
     def set_up() -> Any:

@@ -110,8 +110,8 @@ def trials() -> list[Trial]:
     found += [Trial("qrqp", "default", CURRENT, "")]
     for name, values in _QRQP.items():
         for value in values:
-            told = patch.dict(qrqp.SETTINGS, {"double": qrqp.SETTINGS["double"] | {name: value}})
-            found.append(Trial("qrqp", "default", name, str(value), (told,)))
+            changed = patch.dict(qrqp.SETTINGS, {"double": qrqp.SETTINGS["double"] | {name: value}})
+            found.append(Trial("qrqp", "default", name, str(value), (changed,)))
     for name, value in _CASADI.items():
         found.append(Trial("qrqp", "default", name, str(value), (patch.dict(qrqp.SWITCHES, {name: value}),)))
     return found
