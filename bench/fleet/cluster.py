@@ -136,7 +136,7 @@ def run_all(
 
 
 def _why(future: object) -> str:
-    """Why a task has failed, in a line."""
+    """Reason for a task's failure, in a line."""
     error = future.exception() if getattr(future, "status", "") == "error" else None  # type: ignore[attr-defined]
     if error is None:
         return "the scheduler has gone; start it again and go on with --resume"

@@ -45,7 +45,7 @@ def requirements(tree: Path) -> list[str]:
 
 
 def unchanged(base: SourceTree, head: SourceTree) -> str:
-    """Why nothing needs to be measured; empty where something does."""
+    """Reason why nothing needs to be measured; empty where something does."""
     of_base, of_head = (influences(side.path, side.plugins) for side in (base, head))
     if of_base != of_head:
         return ""

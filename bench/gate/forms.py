@@ -122,7 +122,7 @@ def _next_to(allocate: Any, taus: Any) -> Pair:
 
 
 def _inside(allocate: Any, _: Any, limited: Any, taus: Any, low: Any, high: Any) -> Pair:
-    """Who keeps answers by demand gives those of its call without limits, which came first."""
+    """Answers of a cache by demand: those of its call without limits, which came first."""
     import numpy as np
 
     if not allocate.limited:  # it promises no limits, and takes none into account

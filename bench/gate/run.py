@@ -90,7 +90,7 @@ ROUNDS = 2
 
 @cache
 def missing() -> str:
-    """Why instructions can't be counted here, with the remedy; empty where they can."""
+    """Reason why instructions can't be counted here, with the remedy; empty where they can."""
     if not shutil.which("valgrind"):
         return "no instruction counts, the gate rests on time alone: valgrind is missing, install it"
     return ""

@@ -112,7 +112,7 @@ class Orders:
         self.modules = known
 
     def not_loaded(self) -> dict[str, str]:
-        """Why a plug-in was not loaded, by its method's name."""
+        """Reasons why plug-ins were not loaded, by method's name."""
         return self.broken
 
     def cells(self) -> list[list[str]]:

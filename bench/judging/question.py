@@ -89,7 +89,7 @@ def promised(allocator: Any) -> dict[str, Any]:
 
 
 class Unanswered(NamedTuple):
-    """Why a case has no answers.
+    """Reason why a case has no answers.
 
     Attributes
     ----------

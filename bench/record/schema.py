@@ -205,7 +205,7 @@ LONGEST = 100
 
 
 def unusable(vehicle: str) -> str:
-    """Why a vehicle can't go by that name, which pictures and pages are named after; empty where it can."""
+    """Reason why a vehicle can't go by that name, which pictures and pages are named after; else empty."""
     if 0 < len(vehicle) <= LONGEST and vehicle.isprintable():
         return ""
     shown = f"{vehicle[:40]!r}{' …' if len(vehicle) > 40 else ''}"

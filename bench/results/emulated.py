@@ -143,6 +143,6 @@ def shown_scalar(counted: Sequence[EmulatedRow]) -> str:
 
 
 def why_none(emulated: Sequence[Emulated]) -> str:
-    """Why nothing was counted of these rows; empty where something was, or there are none."""
+    """Reason why nothing was counted of these rows; empty where something was, or there are none."""
     reasons = [row.reason for row in emulated if row.target != REFERENCE]
     return reasons[0] if reasons and all(row.status == "refused" for row in emulated) else ""

@@ -91,7 +91,7 @@ class Judgements:
 
     @property
     def wrong(self) -> str:
-        """Why an answer is wrong, of a plug-in one on another set, too; empty where none is."""
+        """Reason why an answer is wrong, of a plug-in one on another set, too; empty where none is."""
         own = next((j.wrong for j in self.measured.judged if j.wrong), "") or self.measured.wrong_elsewhere
         on_others = self.measured.wrong_on_others
         return own or (FARTHER if on_others and self.agreed is False else on_others)

@@ -136,7 +136,7 @@ def _apart(one: Mapping[str, Any], two: Mapping[str, Any], lacking: str = "unkno
 
 
 def incomparable(a: Run, b: Run, vehicle: str, demands: str) -> str:
-    """Why two runs on this vehicle's demand set were not asked the same or alike; empty where they were."""
+    """Reason why two runs were not asked alike on this vehicle's demand set; empty where they were."""
     ours, theirs = (run.asked.get((vehicle, demands)) for run in (a, b))
     if ours is None or theirs is None:
         return "not asked on both"

@@ -116,7 +116,7 @@ def largest_miss(rows: Sequence[Row]) -> float | None:
 
 
 def telling(rows: Sequence[Row], most: int) -> list[Row]:
-    """So many of one vehicle's rows, fastest first: the user's, the front, then of each family in turns."""
+    """Choose ``most`` of one vehicle's rows, fastest first: the user's, the front, then families in turns."""
     own = [row for row in rows if row.described.plugin]
     chosen = [*own, *(row for row in on_front(rows) if row not in own)][:most]
     queues: dict[str, list[Row]] = {}

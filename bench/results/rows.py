@@ -109,7 +109,7 @@ class Run:
 
     @property
     def header(self) -> Header:
-        """When, of which commit, with which versions, options and files the run was made."""
+        """Start, commit, versions, options and files of the run."""
         return self.record.header
 
     @property

@@ -31,7 +31,7 @@ MISSES = ("some of what can be met", f"{percent(WEAK)} and more of most demands 
 
 
 def unfit(rows: Sequence[Row]) -> str:
-    """Why a method on these rows has no time at all: not measured, or wrong; empty where it has one."""
+    """Reason why a method on these rows has no time at all: not measured, or wrong; else empty."""
     for row in rows:
         if row.failed:
             return f"{row.demands}: {row.failed.status}, {row.failed.reason}"
@@ -98,7 +98,7 @@ def refuses(formulation: str) -> bool:
 
 
 def wrong(row: Row) -> str:
-    """Why a row's answers rule out a verdict on its time; empty where they are right, or there are none."""
+    """Reason why a row's answers rule out a verdict on its time; empty where they are right, or none."""
     if row.failed or right(row):
         return ""
     return f"a wrong answer has no time; {row.demands}: {objection(row)}"
@@ -148,7 +148,7 @@ def pauses(run: Run) -> Pauses:
 def whose(
     singles: Tally, late: int, limit_us: float, p50_us: float, steps: int | None, pauses: Pauses
 ) -> str:
-    """Why the late calls are the machine's, in words; empty where they may be the method's own.
+    """Reason why the late calls are the machine's, in words; empty where they may be the method's own.
 
     They are the machine's where the method's ``steps`` are bounded, and either all of them fit the limit even
     if each took as long as a median call, or just one call was late: the same demands were asked many times.

@@ -29,7 +29,7 @@ def within(program: Program, fault: int, n: int) -> list[str]:
 
 
 def resting(program: Program, fault: int) -> list[str]:
-    """Why the thruster that is off isn't shown to have zero wherever f is written, in words."""
+    """Reason why the thruster that is off isn't shown to have zero wherever f is written, in words."""
     reasons = [
         f"fault {fault}: an answer is returned early" for _, status in program.exits if status in ANSWERED
     ]
