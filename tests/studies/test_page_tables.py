@@ -90,7 +90,6 @@ def test_what_a_page_says_of_the_size_of_c_for_escs_is_what_emulate_counts() -> 
     [
         ("exact.md", "On an AMD EPYC", "native_speed"),
         ("limits.md", "medians, except *worst*", "closed_loop"),
-        ("esc.md", "In [ten missions]", "closed_loop"),
         ("cross-check.md", "*Right* means", "cross_check"),
         ("rivals.md", "6,000 of them infeasible", "rivals"),
     ],

@@ -1,4 +1,4 @@
-"""QOCO: primal-dual interior point; what QOCOGEN writes, each product written out without its zeros."""
+"""QOCOGEN's C of QOCO, a primal-dual interior point: each product written out without its zeros."""
 
 import contextlib
 import io
@@ -20,8 +20,9 @@ ALGORITHM = "primal-dual interior point"
 LICENCE = "BSD-3-Clause"
 CAP: dict[Level, int] = {"default": 50}
 TOLERANCE: dict[Level, dict[Scalar, float]] = {"default": {"double": 1e-3, "float": 1e-3}}
-"""There is no tighter level: told to stop at 1e-9 in place of 1e-7, QOCO gives up on a third of the demands
-that take thrusters to their limits, whatever its regularisation and refinement (docs/studies/rivals.py)."""
+"""There is no tighter level: told to stop at 1e-9 in place of 1e-7, QOCOGEN's C gives up on a third of the
+demands that take thrusters to their limits, whatever its regularisation and refinement
+(docs/studies/rival_switches.py). The library, alloc/solvers/qoco.py, gives up on none at 1e-11."""
 
 SWITCHES = {"generate_ruiz": False}
 """What the generator is told: not to scale the problem, whose rows are orthonormal already."""

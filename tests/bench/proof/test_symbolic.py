@@ -98,7 +98,9 @@ def test_a_thruster_that_is_off_and_may_not_rest_is_told(printed: str, broken: s
 
 
 @pytest.mark.parametrize(
-    "sabotage", [each for each in SABOTAGES if each.limits == "call"], ids=lambda each: each.name
+    "sabotage",
+    [each for each in SABOTAGES if each.change and each.limits == "call"],
+    ids=lambda each: each.name,
 )
 def test_they_do_not_where_the_comparison_or_the_cut_is_broken(sabotage: Sabotage) -> None:
     of = sabotaged(subject(UKWIAL, sabotage.kernel, "double", "call"), sabotage)
