@@ -40,8 +40,8 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     from scipy.sparse import csc_matrix
 
     p, m = qp.A.shape
-    rows, h = qp.one_sided
-    P, A, G = csc_matrix(qp.H), csc_matrix(qp.A), csc_matrix(rows)
+    bounds, h = qp.one_sided
+    P, A, G = csc_matrix(qp.H), csc_matrix(qp.A), csc_matrix(bounds)
     sides = OneSided(qp)
 
     def set_up() -> Any:

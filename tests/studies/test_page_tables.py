@@ -91,7 +91,7 @@ def test_what_a_page_says_of_the_size_of_c_for_escs_is_what_emulate_counts() -> 
         ("exact.md", "On an AMD EPYC", "native_speed"),
         ("limits.md", "medians, except *worst*", "closed_loop"),
         ("cross-check.md", "*Right* means", "cross_check"),
-        ("rivals.md", "6,000 of them infeasible", "rivals"),
+        ("rivals.md", "7,000 of them infeasible", "rivals"),
     ],
 )
 def test_a_row_that_a_page_quotes_holds_numbers_of_the_study_s_rows_of_that_name(

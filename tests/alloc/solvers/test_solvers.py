@@ -249,7 +249,7 @@ def test_answers_keep_the_distance_that_is_promised(
 ) -> None:
     """The optimum is that of the exact method; for the soft formulation, of the most accurate solver."""
     if entry.name == "qp/qoco@generated":
-        stalls = "QOCO's C stalls far from the optimum on four vehicles, which a run says: docs/rivals.md"
+        stalls = "QOCOGEN's C stalls far from the optimum, which a run says: docs/rivals.md"
         request.applymarker(pytest.mark.xfail(reason=stalls, strict=False))
     rng = np.random.default_rng(6)
     taus = 0.9 * rng.uniform(vehicle.f_min, vehicle.f_max, (20, vehicle.n)) @ vehicle.TP.T
