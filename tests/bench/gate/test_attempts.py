@@ -28,8 +28,8 @@ def gate(monkeypatch: pytest.MonkeyPatch, *moved: float) -> tuple[GateRecord, in
             c.pairs += [[(1000, head + i)] for i in range(SETTINGS.pairs)]
         return True
 
-    monkeypatch.setattr(run.pairs, "calibrate", lambda *_: None)
-    monkeypatch.setattr(run.pairs, "measure", measure)
+    monkeypatch.setattr(run, "calibrate", lambda *_: None)
+    monkeypatch.setattr(run, "measure", measure)
     monkeypatch.setattr(run, "_answers", lambda record, *_: record.cells.extend([control, cell]) or {})
     record = GateRecord(base="a", head="b", settings=SETTINGS)
     run.compare(record, BOTH, (), count=False)
