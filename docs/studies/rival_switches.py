@@ -3,7 +3,7 @@
 A row is one switch at one value, the others as alloc/rivals/generators sets them; double precision on a
 Cortex-M7, instructions counted, so that a busy machine changes nothing. *as it is* is what the benchmark
 takes: at level *default* every number of a solver's is its authors', whatever another would do. An answer is
-SOLVED or PARTIAL, by equations; *heap* says that the linked image holds malloc. Each vehicle is asked 25
+SOLVED or PARTIAL, by equations; *brings a heap*: the linked image holds malloc. Each vehicle is asked 25
 demands each of three classes; *median* and *worst* are over attainable ones.
 """
 
@@ -58,7 +58,6 @@ class Outcome(NamedTuple):
     Attributes
     ----------
     solved, partial : attainable demands with that status
-    asked : attainable demands
     refused : of as many infeasible ones, proven so
     distance : largest distance of an answer to the optimum, relative to the largest limit [-]
     median, worst : instructions of an attainable demand
@@ -67,7 +66,6 @@ class Outcome(NamedTuple):
 
     solved: int
     partial: int
-    asked: int
     refused: int
     distance: float
     median: float
@@ -201,7 +199,7 @@ def outcome(trial: Trial, vehicles: list[Vehicle], board: Target) -> Outcome:
     status, cost = np.concatenate(statuses), np.concatenate(costs)
     solved, partial = (int((status == each).sum()) for each in (Status.SOLVED, Status.PARTIAL))
     numbers = max(distances), float(np.median(cost)), int(cost.max())
-    return Outcome(solved, partial, len(status), refused, *numbers, heap)
+    return Outcome(solved, partial, refused, *numbers, heap)
 
 
 def verdict(found: Outcome, current: Outcome) -> str:
@@ -221,29 +219,30 @@ def verdict(found: Outcome, current: Outcome) -> str:
 
 
 def main(names: list[str]) -> None:
-    """Print the table."""
+    """Print a table for each solver and level."""
     vehicles, board = [load_vehicle(name) for name in names or VEHICLES], target("cortex-m7")
-    current: dict[tuple[str, str], Outcome] = {}
-    lines = []
+    current: dict[str, Outcome] = {}
+    lines: dict[str, list[list[str]]] = {}
     for trial in trials():
-        label = [trial.solver, trial.level, trial.switch, trial.value]
+        solver = f"{trial.solver}, {trial.level}"
+        label = f"`{trial.switch} {trial.value}`" if trial.value else trial.switch
         try:
             found = outcome(trial, vehicles, board)
         except ToolError:
-            lines.append([*label, *[""] * 7, "no: does not link without an operating system"])
+            lines[solver].append([label, *[""] * 6, "does not link without an operating system"])
             continue
-        said = "chosen"
-        if trial.switch == CURRENT:
-            current[trial.solver, trial.level] = found
-        else:
-            said = f"no: {verdict(found, current[trial.solver, trial.level])}"
-        numbers = [f"{found.solved} of {found.asked}", str(found.partial), str(found.refused)]
+        why = "chosen" if trial.switch == CURRENT else verdict(found, current[solver])
+        current.setdefault(solver, found)
+        numbers = [str(each) for each in (found.solved, found.partial, found.refused)]
         costs = [three(each) for each in (found.distance, found.median, found.worst)]
-        lines.append([*label, *numbers, *costs, "yes" if found.heap else "no", said])
-        print(*lines[-1], sep=" | ", file=sys.stderr, flush=True)
-    headers = ("solver", "level", "switch", "value", "solved", "in part", "refused", "distance")
-    print(f"Over {', '.join(vehicle.name for vehicle in vehicles)}:\n")
-    print(table((*headers, "median", "worst", "heap", "chosen, or why not"), lines))
+        lines.setdefault(solver, []).append([label, *numbers, *costs, why])
+        print(solver, *lines[solver][-1], sep=" | ", file=sys.stderr, flush=True)
+    asked = len(vehicles) * EACH
+    each = f"{len(ATTAINABLE) * asked} attainable demands and {asked} infeasible ones"
+    print(f"Over {', '.join(vehicle.name for vehicle in vehicles)}: {each}.")
+    headers = ("switch", "solved", "in part", "refused", "distance", "median", "worst", "chosen, or why not")
+    for solver, rows in lines.items():
+        print(f"\n## {solver}\n\n{table(headers, rows)}")
 
 
 if __name__ == "__main__":

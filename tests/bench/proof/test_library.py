@@ -62,7 +62,7 @@ READ = {
     },
     "tb_prepare.c": {
         "    a->n = 0;\n": ("T[0]", "H[0]", "readiness[0]", "f_min[0]", "f_max[0]"),
-        "    const int status = refresh(": ("a->A[0][0]", "a->readiness[0]"),
+        "    const int status = mask >> ": ("a->A[0][0]", "a->readiness[0]"),
     },
     "tb_levels.c": {
         "    a->levels = most + 1;\n": ("a->unit[0]", "a->pushed[0][0]"),
