@@ -76,7 +76,7 @@ def studies() -> list[Path]:
 
 def reference() -> dict[str, str]:
     """A page for each package, with what it exports and no more, and one for the columns of results.csv."""
-    from bench.results.table import documentation
+    from bench.results.columns import documentation
 
     options = "    options:\n      show_root_heading: false\n"
     pages = {name: f"# {name}\n\n::: {name}\n{options}" for name in ("alloc", "alloc.plugin", "bench")}

@@ -74,7 +74,7 @@ def command(
     from bench.inputs.faults import EACH, parse_fault, with_fault
     from bench.inputs.log_limits import limits_in
     from bench.inputs.logs import log_for
-    from bench.results.table import harmless
+    from bench.results.text import harmless
 
     not_over(output, demands)
     named = [file for file in plugins if file.stem.replace("_", "-") == method]  # as in the catalogue

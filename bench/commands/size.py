@@ -78,11 +78,8 @@ def command(
     the folders of several machines it says what fits on all of them, then what fits on each.
     """
     from bench.record.canary import read_canary
-    from bench.report import bands
-    from bench.report.board import known_boards
-    from bench.report.board import page as of_board
-    from bench.report.sizes import page
-    from bench.results.cycles import Cpi
+    from bench.report.sizes import board_page, counts_page, known_boards, page
+    from bench.results.emulated import Cpi
     from bench.results.machines import read_machines, sizes_of
     from bench.results.size import Loop
     from bench.results.sizing import sizes
@@ -113,7 +110,7 @@ def command(
             f" {loop.period_us:g} µs; give less"
         )
     on_boards = [machine for machine in machines if board in known_boards(machine.run)]
-    pages = [of_board(one.run, loop, board, vehicles) for one in on_boards or machines] if board else []
+    pages = [board_page(one.run, loop, board, vehicles) for one in on_boards or machines] if board else []
     moved = None
     if len(directories) > 1:
         sized = sizes_of(machines, loop, clock_MHz and clock_MHz * 1e6, given)
@@ -135,7 +132,7 @@ def command(
         )
     for machine in machines:
         if not board and (machine.run.record.emulated or (clock_MHz and not counted)):
-            echo(bands.page(machine.run, loop, clock_MHz, given, vehicles))
+            echo(counts_page(machine.run, loop, clock_MHz, given, vehicles))
     for text in pages:
         echo(text)
 

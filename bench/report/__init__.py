@@ -7,9 +7,9 @@ from bench.report import together
 from bench.report.html import html
 from bench.report.page import details, page
 from bench.report.pictures import draw_all
-from bench.results.emulated import COLUMNS, rows
+from bench.results.emulated import rows
 from bench.results.machines import NamedRun, read_machines
-from bench.results.table import columns, write_csv
+from bench.results.text import write_csv
 
 
 def render(*directories: Path, out: Path | None = None) -> Path:
@@ -38,9 +38,12 @@ def render(*directories: Path, out: Path | None = None) -> Path:
 
 
 def _tables(machines: Sequence[NamedRun], directory: Path) -> None:
-    timed = [row for machine in machines for row in machine.run.rows]
-    emulated = [row for machine in machines for row in rows(machine.run.record.emulated)]
+    import pandas as pd
+
+    emulated = [row.cells for machine in machines for row in rows(machine.run.record.emulated)]
+    timed = [machine.run for machine in machines if machine.run.rows]
     if timed or not emulated:
-        write_csv(directory / "results.csv", columns(), timed)
+        tables = [run.table for run in timed or [machine.run for machine in machines]]
+        write_csv(directory / "results.csv", pd.concat(tables) if len(tables) > 1 else tables[0])
     if emulated:  # a mean count without decimals is written as an integer
-        write_csv(directory / "emulation.csv", COLUMNS, emulated, pointed=False)
+        write_csv(directory / "emulation.csv", pd.DataFrame(emulated, dtype=object), pointed=False)

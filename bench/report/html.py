@@ -19,9 +19,8 @@ from bench.report.document import INSTRUMENT, PICKS, prose, style
 from bench.report.pictures.style import FAMILIES
 from bench.report.readme import served
 from bench.report.verdict import loop_of, sure
-from bench.results.bands import Counted, counted, refusal_of
 from bench.results.columns import Row
-from bench.results.cycles import assumed
+from bench.results.emulated import KernelCost, assumed, find_kernels, refusal_of
 from bench.results.emulated import rows as emulated_rows
 from bench.results.machines import NamedRun, emulated_name
 from bench.results.quantiles import Histogram, interval, merged
@@ -73,7 +72,7 @@ def _machine(machine: NamedRun, place: dict[float, int]) -> list[dict[str, Any]]
                 },
             }
         )
-    kernels = counted(emulated_rows(run.record.emulated))
+    kernels = find_kernels(emulated_rows(run.record.emulated))
     known = assumed(run.record.processors)
     for target in dict.fromkeys(kernel.target for kernel in kernels if kernel.target in known):
         cpi = known[target]
@@ -156,7 +155,7 @@ def _pool(pool: Pool, rows: Sequence[Row]) -> dict[str, Any]:
     }
 
 
-def _kernel(kernel: Counted) -> dict[str, Any]:
+def _kernel(kernel: KernelCost) -> dict[str, Any]:
     return {
         "vehicle": kernel.vehicle,
         "label": kernel.label,

@@ -1,9 +1,27 @@
-"""Output of ``thrustbench size``: the method to take, how sure that is, and every method's verdict."""
+"""Output of ``thrustbench size``: the method to take, how sure that is, and every method's verdict.
 
-from collections.abc import Mapping, Sequence
+Of emulated processors it is bands of shares of the period, and of one board cost and delivered share.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
 from itertools import groupby
 
+from alloc.errors import UnknownName
+from alloc.formulations import find_formulation
+from bench.record import BoardFacts, Emulated, Processor
 from bench.report.verdict import rate_of, sure, verdicts, whose_rate
+from bench.results.emulated import (
+    PUBLISHED,
+    Band,
+    Cpi,
+    KernelCost,
+    assumed,
+    bands,
+    by_name,
+    find_kernels,
+    rows,
+    why_none,
+)
 from bench.results.machines import NamedRun, apart, on_all
 from bench.results.rows import Run
 from bench.results.size import Fit, Loop, Size, best_of_each
@@ -129,3 +147,162 @@ def _exact(size: Size) -> str:
 
 def _share(us: float | None, loop: Loop) -> str:
     return three(None if us is None else 100 * us / loop.period_us)
+
+
+def counts_page(
+    run: Run, loop: Loop, clock_MHz: float | None, given: Cpi | None = None, vehicles: Collection[str] = ()
+) -> str:
+    """Bands for a record's emulated processors and the assumptions behind them, or what is missing for them.
+
+    ``given`` replaces the cycles an instruction that the record assumes; ``vehicles`` are the only ones to
+    show, all if empty.
+    """
+    if not run.record.emulated:
+        return (
+            "This record holds no instructions of emulated processors; `thrustbench emulate` counts them.\n"
+        )
+    if clock_MHz is None:
+        return "This record holds instructions of emulated processors; give --clock MHZ to size with them.\n"
+    known = assumed(run.record.processors)
+    counted = [row for row in rows(run.record.emulated) if not vehicles or row.emulated.vehicle in vehicles]
+    if reason := why_none([row.emulated for row in counted]):
+        return f"Nothing was counted on emulated processors: {reason}.\n"
+    shown = bands(counted, clock_MHz * 1e6, loop, known, given)
+    bounded = any(band.kernel.at_most is not None for band in shown)
+    asked = any(band.kernel.off is not None for band in shown)
+    off = " Under one off stands the same of calls with any one thruster off." * asked
+    bound = " No call takes more than stands under at most, the longest way through the binary." * bounded
+    parts = [
+        f"Emulated processors at {clock_MHz:g} MHz, {loop.rate_hz:g} Hz. Instructions are of the costliest"
+        " call that is known without a failed thruster: asked, found by a search, or with numbers that"
+        f" overflow or are none.{off}{bound} The share of the control period without a failed thruster is a"
+        " band, for instructions are not cycles.\n",
+        table(
+            (
+                "vehicle",
+                "target",
+                "method",
+                "scalar",
+                "verdict",
+                "exact",
+                "share [%]",
+                "instructions",
+                "one off",
+                "at most",
+                "cycles",
+                "answers",
+            ),
+            [_band(band) for band in shown],
+        ),
+        f"Cycles are {PUBLISHED}. Where there are none, or others are given, cycles an instruction are:\n",
+    ]
+    named = dict.fromkeys(band.kernel.target for band in shown)
+    bases = [f"- {target}: {given or known[target]}." for target in named]
+    return "\n".join([*parts, *bases, ""])
+
+
+def _band(band: Band) -> list[str]:
+    kernel = band.kernel
+    shares = f"{three(100 * band.low)} to {three(100 * band.high)}"
+    answers = "right" if kernel.agrees else "not all right"
+    answers += f"; not counted: {', '.join(kernel.missed)}" if kernel.missed else ""
+    optimum = "yes" if kernel.optimal else "no"
+    names = [kernel.vehicle, kernel.target, kernel.method + kernel.form, kernel.scalar]
+    counts = ["" if each is None else str(each) for each in (kernel.instructions, kernel.off, kernel.at_most)]
+    cycles = "" if kernel.cycles is None else f"{kernel.cycles[0]} to {kernel.cycles[1]}"
+    return [*names, str(band.fit), optimum, shares, *counts, cycles, answers]
+
+
+ATTAINABLE_SETS = ("inactive", "active")
+"""Demand sets that can be met."""
+BEYOND = "infeasible"
+COUNT = "`thrustbench emulate --out DIR` counts them for the boards that `thrustbench list` names"
+
+
+def board_page(run: Run, loop: Loop, board: str, vehicles: Collection[str] = ()) -> str:
+    """A table of all that was counted on a board's processor; raises UnknownName for another board.
+
+    ``vehicles`` are the only ones to show, in this order; all if empty.
+    """
+    known = known_boards(run)
+    if not known:
+        raise UnknownName(f"this record has cycles of no board; {COUNT}")
+    if board not in known:
+        raise UnknownName(f"no board '{board}' in this record; there is {', '.join(sorted(known))}")
+    processor, facts = known[board]
+    kernels = [
+        kernel
+        for kernel in find_kernels(rows(run.record.emulated), board)
+        if (kernel.target, kernel.cycles is None) == (processor.name, False)
+        if kernel.scalar in processor.scalars and (not vehicles or kernel.vehicle in vehicles)
+    ]
+    if not kernels:
+        own = [row for row in run.record.emulated if not vehicles or row.vehicle in vehicles]
+        who = ", ".join(vehicles) or "this record"
+        raise UnknownName(f"{who} has no cycles of {board}; {why_none(own) or COUNT}")
+    order = list(vehicles) or sorted({kernel.vehicle for kernel in kernels})
+    kernels.sort(key=lambda kernel: (order.index(kernel.vehicle), kernel.cycles))
+    return (
+        f"{board}, a {processor.name} at {facts.clock_MHz:g} MHz, {'/'.join(processor.scalars)}. Cycles are"
+        f" those of the board: {facts.basis}. At least with warm caches, at most with cold ones. Without"
+        f" waits they are the processor's.\n\n{_kernels(kernels, facts, loop)}\n"
+        "Cycles are of the costliest call that is known without a failed thruster. Over least: its"
+        " instructions over those that no exact method can leave out. Flash has the tables for every failed"
+        " thruster, but with --faults none. Delivered: of attainable demands, to 1 %. Beyond: what of other"
+        " demands is delivered along them, in the mean, and the largest angle between the two.\n"
+    )
+
+
+def known_boards(run: Run) -> dict[str, tuple[Processor, BoardFacts]]:
+    """The boards that a record has cycles for, by name, each with its processor."""
+    processors = by_name(run.record.processors)
+    return {board.name: (processor, board) for processor in processors for board in processor.boards}
+
+
+def _kernels(kernels: Sequence[KernelCost], board: BoardFacts, loop: Loop) -> str:
+    headers = (
+        "vehicle",
+        "method",
+        "cycles",
+        "without waits",
+        f"of {loop.rate_hz:g} Hz [%]",
+        "over least",
+        "flash [kB]",
+    )
+    return table(
+        (*headers, "delivered", "beyond", "turned by"), [_kernel(kernel, board, loop) for kernel in kernels]
+    )
+
+
+def _kernel(kernel: KernelCost, board: BoardFacts, loop: Loop) -> list[str]:
+    low, high = kernel.cycles or (0, 0)
+    shares = [three(100 * each * loop.rate_hz / (1e6 * board.clock_MHz)) for each in (low, high)]
+    asked = [row for name in ATTAINABLE_SETS if (row := kernel.rows.get(name)) is not None]
+    calls = sum(_calls(row) for row in asked)
+    met = sum(_calls(row) * (row.within_1pct_share or 0.0) for row in asked) / calls if calls else None
+    beyond = kernel.rows.get(BEYOND)
+    along = "" if beyond is None else "refused" if beyond.along_mean is None else f"{beyond.along_mean:.2f}"
+    turned = None if beyond is None else beyond.direction_error_max_deg
+    least = min((row.least for row in kernel.rows.values() if row.least), default=None)
+    limited = find_formulation(kernel.formulation).limited
+    return [
+        kernel.vehicle,
+        kernel.method.removesuffix("@native") + kernel.form + ("" if limited else ", cut"),
+        f"{low:,}–{high:,}",
+        _without(kernel),
+        "–".join(shares),
+        "" if least is None else three(kernel.instructions / least),
+        f"{kernel.flash_bytes / 1000:.1f}",
+        percent(met),
+        along,
+        "" if turned is None else f"{turned:.0f}°",
+    ]
+
+
+def _without(kernel: KernelCost) -> str:
+    spans = [row.cycles for row in kernel.rows.values() if row.cycles]
+    return f"{max(low for low, _ in spans):,}–{max(high for _, high in spans):,}" if spans else ""
+
+
+def _calls(row: Emulated) -> int:
+    return sum(calls for _, calls in row.instructions)

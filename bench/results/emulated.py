@@ -1,10 +1,19 @@
-"""Counts of instructions in a record, each beside the count of the same C on x86-64."""
+"""Counts of instructions in a record, beside those on x86-64, and their share of a control period.
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+The share is a band, because instructions are not cycles and no cycle was measured. Where a record has cycles
+of a call by published timings, those are the band (``KernelCost.cpi``).
+"""
 
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from alloc import catalogue
+from alloc.formulations import find_formulation
+from alloc.formulations.hard import FORMULATION as HARD
 from bench.record import Emulated, Processor
-from bench.results.table import Value
+from bench.results.size import Fit, Loop, Size, ordered
+from bench.results.sizing import refuses
+from bench.results.text import three
 
 REFERENCE = "x86-64"
 
@@ -49,60 +58,46 @@ class EmulatedRow:
         return max(filter(None, (self.worst, self.emulated.known)), default=None)
 
     @property
-    def cycles_low(self) -> int | None:
-        """Least cycles of the costliest call, None where no timing is published."""
-        return self.emulated.cycles[0] if self.emulated.cycles else None
-
-    @property
-    def cycles_high(self) -> int | None:
-        """Most cycles of the costliest call."""
-        return self.emulated.cycles[1] if self.emulated.cycles else None
-
-    @property
-    def mean_over_x86(self) -> float | None:
-        """Ratio of the means [-]."""
-        return _ratio(self.mean, _mean(self.x86))
-
-    @property
     def worst_over_x86(self) -> float | None:
         """Ratio of the most costly calls [-]."""
         return _ratio(self.worst, _worst(self.x86))
 
-
-COLUMNS: dict[str, Callable[[EmulatedRow], Value]] = {
-    "vehicle": lambda row: row.emulated.vehicle,
-    "target": lambda row: row.emulated.target,
-    "method": lambda row: row.method,
-    "scalar": lambda row: row.emulated.scalar,
-    "limits": lambda row: row.emulated.limits,
-    "demands": lambda row: row.emulated.demands,
-    "status": lambda row: row.emulated.status,
-    "reason": lambda row: row.emulated.reason,
-    "n_calls": lambda row: row.calls,
-    "instructions_mean": lambda row: row.mean,
-    "instructions_worst": lambda row: row.worst,
-    "instructions_known": lambda row: row.emulated.known,
-    "instructions_at_most": lambda row: row.emulated.at_most,
-    "cycles_low": lambda row: row.cycles_low,
-    "cycles_high": lambda row: row.cycles_high,
-    "mean_over_x86": lambda row: row.mean_over_x86,
-    "worst_over_x86": lambda row: row.worst_over_x86,
-    "flash_bytes": lambda row: row.emulated.flash_bytes,
-    "ram_static_bytes": lambda row: row.emulated.ram_static_bytes,
-    "stack_bytes": lambda row: row.emulated.stack_bytes,
-    "distance_rel_max": lambda row: row.emulated.distance_rel_max,
-    "other_verdicts": lambda row: row.emulated.other_verdicts if row.calls else None,
-    "agrees": lambda row: {True: "yes", False: "no", None: "-"}[row.emulated.agrees],
-    "boards": lambda row: "; ".join(
-        f"{name} {low} to {high}" for name, (low, high) in row.emulated.boards.items()
-    ),
-    "least": lambda row: row.emulated.least,
-    "within_1pct_share": lambda row: row.emulated.within_1pct_share,
-    "along_mean": lambda row: row.emulated.along_mean,
-    "direction_error_max_deg": lambda row: row.emulated.direction_error_max_deg,
-    "instructions_known_off": lambda row: row.emulated.known_off,
-}
-"""The columns of emulation.csv, in order; docs/counting.md says what they mean."""
+    @property
+    def cells(self) -> dict[str, str | int | float | None]:
+        """The line of emulation.csv by column, in order; docs/counting.md says what they mean."""
+        one = self.emulated
+        low, high = one.cycles or (None, None)
+        return {
+            "vehicle": one.vehicle,
+            "target": one.target,
+            "method": self.method,
+            "scalar": one.scalar,
+            "limits": one.limits,
+            "demands": one.demands,
+            "status": one.status,
+            "reason": one.reason,
+            "n_calls": self.calls,
+            "instructions_mean": self.mean,
+            "instructions_worst": self.worst,
+            "instructions_known": one.known,
+            "instructions_at_most": one.at_most,
+            "cycles_low": low,
+            "cycles_high": high,
+            "mean_over_x86": _ratio(self.mean, _mean(self.x86)),
+            "worst_over_x86": self.worst_over_x86,
+            "flash_bytes": one.flash_bytes,
+            "ram_static_bytes": one.ram_static_bytes,
+            "stack_bytes": one.stack_bytes,
+            "distance_rel_max": one.distance_rel_max,
+            "other_verdicts": one.other_verdicts if self.calls else None,
+            "agrees": {True: "yes", False: "no", None: "-"}[one.agrees],
+            "boards": "; ".join(f"{name} {least} to {most}" for name, (least, most) in one.boards.items()),
+            "least": one.least,
+            "within_1pct_share": one.within_1pct_share,
+            "along_mean": one.along_mean,
+            "direction_error_max_deg": one.direction_error_max_deg,
+            "instructions_known_off": one.known_off,
+        }
 
 
 def by_name(processors: Iterable[Processor]) -> list[Processor]:
@@ -146,3 +141,247 @@ def why_none(emulated: Sequence[Emulated]) -> str:
     """Reason why nothing was counted of these rows; empty where something was, or there are none."""
     reasons = [row.reason for row in emulated if row.target != REFERENCE]
     return reasons[0] if reasons and all(row.status == "refused" for row in emulated) else ""
+
+
+@dataclass(frozen=True)
+class Cpi:
+    """How many cycles an instruction takes, averaged over a call.
+
+    Attributes
+    ----------
+    low, high : least and most cycles per instruction
+    basis : why these are assumed
+    """
+
+    low: float
+    high: float
+    basis: str
+
+    def __str__(self) -> str:
+        """The band and its basis, as reports show them."""
+        return f"{self.low:g} to {self.high:g}; {self.basis}"
+
+
+PUBLISHED = "by published timings at zero wait states (docs/counting.md)"
+"""Basis of a band whose cycles come out of the record."""
+
+
+def assumed(processors: Iterable[Processor]) -> Mapping[str, Cpi]:
+    """Cycles an instruction that a record assumes, by processor; a processor without has no band."""
+    return {one.name: Cpi(one.cpi[0], one.cpi[1], one.basis) for one in processors if len(one.cpi) == 2}
+
+
+def share(instructions: float, clock_hz: float, rate_hz: float, cpi: Cpi) -> tuple[float, float]:
+    """Least and most share of the control period 1 / ``rate_hz`` that a call takes at a clock [-]."""
+    return instructions * cpi.low / clock_hz * rate_hz, instructions * cpi.high / clock_hz * rate_hz
+
+
+USUAL_SCALAR = "double"
+"""Precision that a label leaves out: Python's own."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class KernelCost:
+    """Counts of one kernel on one processor, all demand sets taken together.
+
+    Attributes
+    ----------
+    vehicle, target, method, scalar : what names the kernel and the processor
+    instructions : count of the most costly call that is known, over every demand set and what overflows,
+        without a failed thruster
+    off : the same of calls with one thruster off, as far as they were asked; None where none was
+    at_most : what no call exceeds, by the binary's longest path; None where that is not known
+    cycles : of the most costly call, at least and at most, by published timings; None where none are known
+    flash_bytes : code and tables, for all failures [bytes]
+    rows : what was counted, by demand set
+    agrees : whether all of the kernel's answers were right
+    missed : demand sets whose count failed; any may hold a more costly call, so then nothing is known to fit
+    formulation, family, twin : of the method, as the catalogue describes it; a solver's generated C is posed
+        as the optimum within limits
+    solver : the solver whose own generator wrote the C, empty for this project's
+    form : how it differs from what ``codegen`` writes by itself, as ", --faults none"; else empty
+    """
+
+    vehicle: str
+    target: str
+    method: str
+    scalar: str
+    instructions: int
+    off: int | None = None
+    at_most: int | None = None
+    cycles: tuple[int, int] | None = None
+    flash_bytes: int = 0
+    rows: Mapping[str, Emulated] = field(default_factory=dict)
+    agrees: bool
+    missed: tuple[str, ...] = ()
+    formulation: str = ""
+    family: str = ""
+    twin: str = ""
+    solver: str = ""
+    form: str = ""
+
+    @property
+    def label(self) -> str:
+        """Method and form, and the precision where it is not Python's own."""
+        named = self.method + self.form
+        return named if self.scalar == USUAL_SCALAR else f"{named} {self.scalar}"
+
+    def cpi(self, assumed: Cpi) -> Cpi:
+        """Cycles an instruction of the most costly call: by published timings, else as assumed."""
+        if self.cycles is None:
+            return assumed
+        low, high = (cycles / self.instructions for cycles in self.cycles)
+        return Cpi(low, high, PUBLISHED)
+
+    @property
+    def optimal(self) -> bool:
+        """True if the method answers the optimum within limits, eq. 4-5."""
+        return find_formulation(self.formulation).optimal
+
+
+@dataclass(frozen=True, kw_only=True)
+class Band:
+    """Share of the control period that one kernel takes on one processor, at a clock.
+
+    Attributes
+    ----------
+    kernel : the kernel and its count
+    low, high : share of the period [-]
+    fit : whether that fits the control loop
+    """
+
+    kernel: KernelCost
+    low: float
+    high: float
+    fit: Fit
+
+
+def find_kernels(rows: Iterable[EmulatedRow], board: str = "") -> list[KernelCost]:
+    """Each kernel that was counted on each processor, by their names; cycles are those of a ``board``.
+
+    A size is asked for the C as codegen writes it by itself. Other forms stand in where that was not counted.
+    """
+    known = {entry.name: entry for entry in catalogue()}
+    forms: dict[tuple[str, str, str, str], dict[str, list[EmulatedRow]]] = {}
+    for row in rows:
+        key = (row.emulated.vehicle, row.emulated.target, row.emulated.method, row.emulated.scalar)
+        forms.setdefault(key, {}).setdefault(_form(row.emulated), []).append(row)
+    groups = [
+        (*key, form, own[form])
+        for key, own in sorted(forms.items())
+        for form in ([""] if "" in own else sorted(own))
+    ]
+    made = []
+    for vehicle, target, method, scalar, form, group in groups:
+        counts = [row for row in group if row.worst is not None]
+        if not counts:
+            continue
+        entry = known.get(method)
+        formulation = HARD if entry is None else find_formulation(entry.formulation)
+        made.append(
+            KernelCost(
+                vehicle=vehicle,
+                target=target,
+                method=method,
+                scalar=scalar,
+                instructions=max(row.known or 0 for row in counts),
+                off=max((row.emulated.known_off for row in counts if row.emulated.known_off), default=None),
+                at_most=max((row.emulated.at_most for row in counts if row.emulated.at_most), default=None),
+                cycles=_cycles(counts, board),
+                flash_bytes=max(row.emulated.flash_bytes or 0 for row in counts),
+                rows={row.emulated.demands: row.emulated for row in counts},
+                agrees=all(row.emulated.agrees for row in counts),
+                missed=tuple(row.emulated.demands for row in group if row.worst is None),
+                formulation=formulation.name,
+                family=formulation.family if entry is None else entry.family,
+                twin="" if entry is None else entry.twin,
+                solver=group[0].emulated.solver,
+                form=form,
+            )
+        )
+    return made
+
+
+def _form(one: Emulated) -> str:
+    limits = "" if one.limits == "fixed" else f", --limits {one.limits}"
+    return limits + ("" if one.faults == "one" else f", --faults {one.faults}")
+
+
+def bands(
+    rows: Iterable[EmulatedRow],
+    clock_hz: float,
+    loop: Loop,
+    assumed: Mapping[str, Cpi],
+    given: Cpi | None = None,
+) -> list[Band]:
+    """A band for each kernel and processor that has an assumption on cycles, the one to take first.
+
+    ``assumed`` holds the assumptions by target, before which published timings go; ``given`` goes before
+    both. As in ``sizing.sizes`` what may fit comes before what does not, right answers before others, the
+    optimum within limits before what knows none, and then the cheaper one.
+    """
+    made = [
+        _band(kernel, clock_hz, loop, given or kernel.cpi(assumed[kernel.target]))
+        for kernel in find_kernels(rows)
+        if kernel.target != REFERENCE and (given or kernel.target in assumed)
+    ]
+    return sorted(made, key=_usefulness)
+
+
+def _cycles(rows: Sequence[EmulatedRow], board: str) -> tuple[int, int] | None:
+    spans = [row.emulated.boards.get(board) if board else row.emulated.cycles for row in rows]
+    known = [span for span in spans if span]
+    if len(known) < len(spans):
+        return None
+    return max(low for low, _ in known), max(high for _, high in known)
+
+
+def as_sizes(bands: Sequence[Band], loop: Loop) -> list[Size]:
+    """The bands of one processor as sizes, to stand beside those of machines that were timed.
+
+    In place of a median there is the upper end of the band.
+    """
+    return ordered([_size(band, loop) for band in bands])
+
+
+def _band(kernel: KernelCost, clock_hz: float, loop: Loop, cpi: Cpi) -> Band:
+    low, high = share(kernel.instructions, clock_hz, loop.rate_hz, cpi)
+    limit = loop.limit_share
+    fit = Fit.FITS if high <= limit else Fit.MAY_FIT if low <= limit else Fit.DOES_NOT_FIT
+    if kernel.missed and fit != Fit.DOES_NOT_FIT:
+        fit = Fit.UNKNOWN
+    return Band(kernel=kernel, low=low, high=high, fit=fit)
+
+
+def _size(band: Band, loop: Loop) -> Size:
+    kernel = band.kernel
+    reason = f"{three(100 * band.low)} to {three(100 * band.high)} % by its instructions"
+    if kernel.missed:
+        reason = f"not counted: {', '.join(kernel.missed)}"
+    return Size(
+        vehicle=kernel.vehicle,
+        method=kernel.method,
+        label=kernel.label,
+        twin=kernel.twin,
+        family=kernel.family,
+        solver=kernel.solver,
+        formulation=kernel.formulation,
+        fit=band.fit if kernel.agrees else Fit.UNKNOWN,
+        reason=reason if kernel.agrees else "not all answers are right",
+        exact=kernel.optimal and kernel.agrees,
+        refusal=refusal_of(kernel.formulation),
+        p50_us=band.high * loop.period_us,
+        cpu_us=band.high * loop.period_us,
+        rate_hz=loop.highest_rate_hz(band.high * loop.period_us),
+    )
+
+
+def refusal_of(formulation: str) -> str:
+    """Demands that methods of a formulation refuse, by what it promises; empty for none."""
+    return "what can't be met" if refuses(formulation) else ""
+
+
+def _usefulness(band: Band) -> tuple[str, str, bool, bool, bool, Fit, int, str]:
+    kernel, late = band.kernel, band.fit > Fit.MAY_FIT
+    what = (kernel.vehicle, kernel.target)
+    return *what, late, not kernel.agrees, not kernel.optimal, band.fit, kernel.instructions, kernel.scalar

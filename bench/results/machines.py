@@ -9,10 +9,8 @@ from typing import Any
 
 from bench.record import Problem, RecordError
 from bench.record.schema import machine_name
-from bench.results.bands import as_sizes, bands
 from bench.results.columns import Row
-from bench.results.cycles import Cpi, assumed
-from bench.results.emulated import rows
+from bench.results.emulated import Cpi, as_sizes, assumed, bands, rows
 from bench.results.ranking import best, own_without_time
 from bench.results.rows import Run, read_run
 from bench.results.size import Loop, Size, ordered, worst
@@ -196,8 +194,8 @@ def sizes_of(
     for machine in machines if clock_hz else ():
         record = machine.run.record
         of_all = bands(rows(record.emulated), clock_hz or 0.0, loop, assumed(record.processors), given)
-        for target in dict.fromkeys(band.counted.target for band in of_all):
-            own = [band for band in of_all if band.counted.target == target]
+        for target in dict.fromkeys(band.kernel.target for band in of_all):
+            own = [band for band in of_all if band.kernel.target == target]
             sized[emulated_name(target)] = as_sizes(own, loop)
     return sized
 

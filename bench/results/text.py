@@ -1,10 +1,15 @@
-"""Numbers and tables for readers: three significant digits, Markdown."""
+"""Numbers and tables for readers: three significant digits, Markdown, CSV."""
 
 import re
 from collections.abc import Iterable, Sequence
 from math import floor, isfinite, log10
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from tabulate import tabulate
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 def three(value: float | None) -> str:
@@ -100,3 +105,32 @@ def _wordy(body: list[list[str]], i: int) -> bool:
 def cut(log: str, asked: int, left_out: int) -> str:
     """A sentence on a log that was not asked whole."""
     return f"Of {log}'s {asked + left_out} demands only the first {asked} were asked; `--n` asks more."
+
+
+def write_csv(path: Path, frame: "pd.DataFrame", *, pointed: bool = True) -> None:
+    """Write a frame with its header; what is None, or no number, is an empty field.
+
+    In text a control character is a blank, and what a spreadsheet would take for a formula begins with ``'``.
+    Floats have six digits, more than a clock or a solver's tolerance can give. With ``pointed`` a float
+    without decimals gets a point too, so that a reader that guesses a column's type from its first rows does
+    not take it for an integer.
+    """
+    import pandas as pd
+
+    def text(value: Any) -> str:
+        if isinstance(value, str):
+            return harmless(value)
+        if pd.isna(value):
+            return ""
+        if not isinstance(value, float):
+            return str(value)
+        digits = f"{value:.6g}"
+        return digits if not pointed or set(digits) & set(".en") else f"{digits}.0"
+
+    frame.map(text).to_csv(path, index=False, lineterminator="\n")
+
+
+def harmless(text: str) -> str:
+    """The text as a spreadsheet shows it and no more: a name or a message may be made to be a formula."""
+    printable = "".join(c if c.isprintable() else " " for c in text)
+    return f"'{printable}" if printable[1:] and printable.lstrip()[:1] in ("=", "+", "-", "@") else printable

@@ -91,11 +91,11 @@ def cycles() -> str:
     kernels = _kernels(read(EMULATED))
     apart = {
         board: [
-            row.cycles_high / row.cycles_low
+            row.emulated.cycles[1] / row.emulated.cycles[0]
             for (_, method, *on, limits), own in kernels.items()
             if method in ("nullspace@native", "priority@native") and (*on, limits) == (*board, "fixed")
             for row in own
-            if row.emulated.demands == "active" and row.cycles_low and row.cycles_high
+            if row.emulated.demands == "active" and row.emulated.cycles
         ]
         for board in (M4F, M7)
     }

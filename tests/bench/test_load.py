@@ -6,13 +6,14 @@ import re
 import subprocess
 import sys
 from pathlib import Path
-from typing import get_type_hints
+from typing import get_args, get_type_hints
 
+import pandas as pd
 import pytest
 
 from bench import Row, load, load_run
 from bench.record import PACKED, Batch, Judged, Key, RecordError
-from bench.results.table import columns
+from bench.results.columns import columns
 from tests import made_up
 from tests.pages import blocks
 from tests.places import DOCS, ROOT
@@ -50,6 +51,30 @@ def test_a_row_s_attributes_are_the_cells_of_the_committed_csv(directory: Path) 
                 assert float(cell) == pytest.approx(value, rel=5.1e-6, abs=0), name  # six digits
             else:
                 assert cell == ("" if value is None else str(value)), name
+
+
+@pytest.mark.parametrize("directory", TIMED, ids=lambda path: path.name)
+def test_a_run_s_table_has_the_columns_and_cells_of_its_rows(directory: Path) -> None:
+    run = load_run(directory)
+    assert list(run.table) == list(columns())
+    for name in columns():
+        cells = run.table[name]
+        for row, cell in zip(run.rows, cells, strict=True):
+            value = getattr(row, name)
+            assert pd.isna(cell) if value is None else cell == value, name
+        assert pd.api.types.is_integer_dtype(cells) == (int in kinds(name)), name
+
+
+def test_rows_are_read_without_pandas(tmp_path: Path) -> None:
+    made_up.whole(tmp_path)
+    code = "import sys; from bench import load; assert load(sys.argv[1]); assert 'pandas' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code, str(tmp_path)], cwd=ROOT, check=True, timeout=60)
+
+
+def kinds(name: str) -> tuple[type, ...]:
+    """Types of a column's values."""
+    kind = get_type_hints(columns()[name])["return"]
+    return get_args(kind) or (kind,)
 
 
 def test_a_folder_is_named_by_text_or_by_a_path(tmp_path: Path) -> None:

@@ -4,8 +4,16 @@ from collections.abc import Sequence
 from itertools import groupby, product
 
 from bench.record import Processor
-from bench.results.cycles import PUBLISHED, assumed
-from bench.results.emulated import IN_WORDS, REFERENCE, EmulatedRow, by_name, rows, shown_scalar
+from bench.results.emulated import (
+    IN_WORDS,
+    PUBLISHED,
+    REFERENCE,
+    EmulatedRow,
+    assumed,
+    by_name,
+    rows,
+    shown_scalar,
+)
 from bench.results.rows import Run
 from bench.results.text import plain, table, three
 

@@ -4,16 +4,17 @@ import csv
 from pathlib import Path
 from time import perf_counter_ns
 
+import pandas as pd
 import pytest
 from scipy.stats import binom
 
 from bench.harness.timing import counted, sample
 from bench.record import Batch, Judged, Key, Worker
 from bench.results.columns import Row
+from bench.results.columns import columns as all_columns
 from bench.results.quantiles import interval, share
 from bench.results.rows import read_run
-from bench.results.table import columns as all_columns
-from bench.results.table import write_csv
+from bench.results.text import write_csv
 from tests import made_up
 
 CONTRACT = """
@@ -38,7 +39,7 @@ def test_every_column_has_a_docstring() -> None:
 
 
 def test_a_csv_has_one_line_for_each_row_and_as_many_fields_in_each(tmp_path: Path) -> None:
-    write_csv(tmp_path / "results.csv", all_columns(), read_run(made_up.whole(tmp_path)).rows)
+    write_csv(tmp_path / "results.csv", read_run(made_up.whole(tmp_path)).table)
     with (tmp_path / "results.csv").open(newline="") as file:
         header, *lines = csv.reader(file)
     assert header == list(all_columns())
@@ -60,7 +61,7 @@ def test_a_csv_has_one_line_for_each_row_and_as_many_fields_in_each(tmp_path: Pa
     ],
 )
 def test_text_in_a_csv_is_no_formula_and_moves_no_cursor(text: str, cell: str, tmp_path: Path) -> None:
-    write_csv(tmp_path / "a.csv", {"name": str, "number": lambda _: -1.0}, [text])
+    write_csv(tmp_path / "a.csv", pd.DataFrame({"name": [text], "number": [-1.0]}))
     with (tmp_path / "a.csv").open(newline="") as file:
         assert list(csv.reader(file)) == [["name", "number"], [cell, "-1.0"]]
 
@@ -186,8 +187,7 @@ def test_a_call_counts_once_although_a_slow_one_is_stored_in_a_batch_and_singly(
 def test_floats_without_decimals_are_written_with_a_point(tmp_path: Path) -> None:
     # polars guesses a column's type from its first rows: after "1" there it refuses "0.55" further down.
     cells = [made_up.cell("a", us=1), made_up.cell("b", us=3, setup_ns=[1500])]
-    rows = read_run(made_up.record(tmp_path, made_up.header(), *cells)).rows
-    write_csv(tmp_path / "results.csv", all_columns(), rows)
+    write_csv(tmp_path / "results.csv", read_run(made_up.record(tmp_path, made_up.header(), *cells)).table)
     with (tmp_path / "results.csv").open(newline="") as file:
         lines = list(csv.DictReader(file))
     assert [line["call_p50_us"] for line in lines] == ["1.0", "3.0"]
