@@ -82,8 +82,7 @@ def command(
     from bench.results.emulated import Cpi
     from bench.results.machines import read_machines, sizes_of
     from bench.results.size import Loop
-    from bench.results.sizing import sizes
-    from bench.results.transfer import transfer
+    from bench.results.sizing import sizes, transfer
 
     if cpi is not None and cpi[0] > cpi[1]:
         raise click.UsageError(f"--cpi {cpi[0]:g} {cpi[1]:g}: give the lower number first")

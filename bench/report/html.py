@@ -23,9 +23,8 @@ from bench.results.columns import Row
 from bench.results.emulated import KernelCost, assumed, find_kernels, refusal_of
 from bench.results.emulated import rows as emulated_rows
 from bench.results.machines import NamedRun, emulated_name
-from bench.results.quantiles import Histogram, interval, merged
+from bench.results.quantiles import Histogram, interval, merged, most, most_of_all
 from bench.results.ranking import largest_loss, largest_miss
-from bench.results.repeats import most, most_of_all
 from bench.results.rows import in_order
 from bench.results.size import CLOSE, Fit
 from bench.results.sizing import Pool, of_methods, pools

@@ -1,38 +1,67 @@
 """report.md, for a reader in a hurry, and details.md: their sections in the order of a reader's questions."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
-from alloc.files import modules
-from bench.report.sections.emulation import summary
+from bench.report.sections import (
+    capability,
+    cost,
+    emulation,
+    facts,
+    failures,
+    flights,
+    growth,
+    headline,
+    lost,
+    onboard,
+    worth,
+)
 from bench.results.rows import Run
 
-SECTIONS = "bench.report.sections"
-FIRST = ("opening", "frames", "logs", "onboard", "headline", "growth", "worth")
-REST = (
-    *("frames", "cost", "lost", "moving", "mission", "capability", "failures", "last-metre", "tails"),
-    *("slowest", "memory", "emulation", "machine", "method", "limits"),
+Section = Callable[[Run, frozenset[str]], str]
+FIRST: tuple[Section, ...] = (
+    headline.opening,
+    facts.frames,
+    facts.logs,
+    onboard.section,
+    headline.headline,
+    growth.section,
+    worth.section,
 )
-"""Names of the sections of report.md and of details.md, in their order."""
+REST: tuple[Section, ...] = (
+    facts.frames,
+    cost.cost,
+    lost.section,
+    flights.moving,
+    flights.mission,
+    capability.capability,
+    failures.section,
+    capability.last_metre,
+    cost.tails,
+    facts.slowest,
+    facts.memory,
+    emulation.section,
+    facts.machine,
+    facts.method,
+    facts.limits,
+)
+"""The sections of report.md and of details.md, in their order."""
 TITLE = "# What thrust allocation costs, and what it buys\n"
 
 
 def page(run: Run, drawn: frozenset[str]) -> str:
     """report.md: what to take and how sure that is, the headline, and the methods worth considering."""
-    if not run.rows and run.record.emulated:
-        return "\n".join([TITLE, summary(run), MORE])
-    return "\n".join([TITLE, *_written(FIRST, run, drawn), MORE])
+    counted = bool(run.record.emulated) and not run.rows
+    return "\n".join([TITLE, *([emulation.summary(run)] if counted else _written(FIRST, run, drawn)), MORE])
 
 
 def details(run: Run, drawn: frozenset[str]) -> str:
     """details.md: every method, picture and fact, without empty sections; ``drawn`` names the pictures."""
-    sections = REST if run.rows or not run.record.emulated else ("emulation",)
-    title = "# The details: every method, picture and fact\n"
-    return "\n".join([title, *_written(sections, run, drawn)])
+    sections = REST if run.rows or not run.record.emulated else (emulation.section,)
+    return "\n".join(["# The details: every method, picture and fact\n", *_written(sections, run, drawn)])
 
 
-def _written(sections: Iterable[str], run: Run, drawn: frozenset[str]) -> Iterable[str]:
-    texts = (modules.module(SECTIONS, name).section(run, drawn) for name in sections)
-    return filter(None, texts)
+def _written(sections: Iterable[Section], run: Run, drawn: frozenset[str]) -> Iterable[str]:
+    return filter(None, (section(run, drawn) for section in sections))
 
 
 MORE = """## More

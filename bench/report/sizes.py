@@ -25,8 +25,8 @@ from bench.results.emulated import (
 from bench.results.machines import NamedRun, apart, on_all
 from bench.results.rows import Run
 from bench.results.size import Fit, Loop, Size, best_of_each
+from bench.results.sizing import Transfer
 from bench.results.text import percent, table, three
-from bench.results.transfer import Transfer
 
 HEADERS = (
     "method",

@@ -16,11 +16,11 @@ from alloc.formulations import Family
 from bench.record import FARTHER
 from bench.record.schema import machine_name
 from bench.report.readme import not_counted, served_share
-from bench.report.sections.moving import of, sequences, title
+from bench.report.sections.flights import sequence_table, sequences, title
 from bench.report.verdict import cut_logs, loop_of, sure, verdicts, whose_rate
 from bench.results.columns import Row
+from bench.results.quantiles import most
 from bench.results.ranking import largest_miss
-from bench.results.repeats import most
 from bench.results.rows import Run, in_order, read_run
 from bench.results.size import best_of_each, of_all_vehicles
 from bench.results.sizing import sizes
@@ -96,7 +96,7 @@ def show(directory: Path, console: Console) -> bool:
     for problem in sequences(run):
         if problem.moving:
             say(f"{title(problem)}\n")
-            say(of(run, problem))
+            say(sequence_table(run, problem))
     for line in cut_logs(run):
         say(line)
     if absent:

@@ -17,8 +17,7 @@ from alloc.formulations import find_formulation
 from alloc.vehicle.geometry import DOF, MOMENTS
 from bench.record import FARTHER, Cell, Judged, Method
 from bench.record.schema import machine_name
-from bench.results.quantiles import merged, quantile, total
-from bench.results.repeats import Repeats, calls, end_ns, middle, most, tail_ns, us
+from bench.results.quantiles import Repeats, calls, end_ns, merged, middle, most, quantile, tail_ns, total, us
 from bench.results.text import table
 
 

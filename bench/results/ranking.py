@@ -7,7 +7,7 @@ from alloc.formulations import Family, find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
 from bench.record import FARTHER
 from bench.results.columns import Row
-from bench.results.repeats import most
+from bench.results.quantiles import most
 from bench.results.rows import Run
 
 EXACT_WITHIN = 1e-6

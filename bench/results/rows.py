@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 
 from bench.record import NO_VEHICLE, Capability, Cell, Header, Key, Method, Problem, Record, Worker, read
 from bench.results.columns import Row, columns
-from bench.results.quantiles import Histogram, merged, quantile
-from bench.results.repeats import Repeats
+from bench.results.quantiles import Histogram, Repeats, merged, quantile
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -5,20 +5,19 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from math import inf
+from math import inf, prod
 from operator import itemgetter
 from statistics import fmean
 
 from alloc.formulations import find_formulation
 from bench.record import NO_VEHICLE, SERVED_WITHIN, Problem
+from bench.record.canary import CanaryError, CanaryFile
 from bench.results.columns import Row
-from bench.results.quantiles import Histogram, Tally, late_bound, merged, quantile, ranked, total
+from bench.results.quantiles import Histogram, Tally, late_bound, merged, most_of_all, quantile, ranked, total
 from bench.results.ranking import exact, largest_miss, objection, right
-from bench.results.repeats import most_of_all
 from bench.results.rows import Run
-from bench.results.size import LATE_SHARE, Fit, Loop, Size, ordered
+from bench.results.size import LATE_SHARE, Fit, Loop, Size, judge, ordered
 from bench.results.text import counted, percent, three
-from bench.results.transfer import Transfer
 
 WEAK = 0.25
 """Share of its wrench that a method must not leave out of most demands that can be met [-]. Closed forms
@@ -102,6 +101,39 @@ def wrong(row: Row) -> str:
     if row.failed or right(row):
         return ""
     return f"a wrong answer has no time; {row.demands}: {objection(row)}"
+
+
+WIDENING = 1.5
+"""Factor by which the band is wider at either end than the canaries' ratios. The canaries are a Python loop
+and a matrix product; a solver's code also depends on caches, compilers and instruction sets."""
+
+
+@dataclass(frozen=True)
+class Transfer:
+    """How much longer calls take on the target than where the run was made.
+
+    Attributes
+    ----------
+    low, high : ends of the band [-]
+    centre : geometric mean of the canaries' ratios [-]
+    machine : the target
+    """
+
+    low: float
+    centre: float
+    high: float
+    machine: str
+
+
+def transfer(run: Run, target: CanaryFile) -> Transfer:
+    """The band by which times of a run change on the target; raises CanaryError without canaries."""
+    here = {row.method: row.call_p50_us for row in run.rows if row.vehicle == NO_VEHICLE}
+    ratios = [us / there for name, us in target.median_us.items() if (there := here.get(name))]
+    if not ratios:
+        raise CanaryError("this run holds none of the file's canaries; run again with this version")
+    centre = prod(ratios) ** (1 / len(ratios))
+    machine = str(target.machine.get("cpu") or "the target")
+    return Transfer(min(ratios) / WIDENING, centre, max(ratios) * WIDENING, machine)
 
 
 CHANCE = 1e-3
@@ -337,35 +369,6 @@ def missing(rows: Sequence[Row]) -> float:
     known = [(row.within_1pct_share, row.measured.attainable) for row in rows]
     served = [min(within / can, 1.0) for within, can in known if within is not None and can > 0]
     return max(1.0 - fmean(served), SERVED_WITHIN) if served else 1.0
-
-
-def judge(
-    limit_us: float,
-    p50_us: float | None,
-    p999_us: float | None,
-    max_us: float | None,
-    bound: float | None,
-    estimated: bool = False,
-) -> tuple[Fit, str]:
-    """Verdict on a method's times, and what prevents a better one, empty where nothing does.
-
-    A method ``fits`` where no call was late, of so many that at most LATE_SHARE of all calls are late with
-    95 % confidence; that takes 2,995 calls. It ``fits without tail`` where the median fits, and the tail does
-    not or is not known. It ``does not fit`` where the median does not, and is ``unknown`` without a median.
-    """
-    if p50_us is None:
-        return Fit.UNKNOWN, "no call was timed"
-    if p50_us > limit_us:
-        return Fit.DOES_NOT_FIT, "median"
-    if p999_us is not None and p999_us > limit_us:
-        return Fit.WITHOUT_TAIL, "p99.9"
-    if estimated:
-        return Fit.WITHOUT_TAIL, "estimate"
-    if max_us is not None and max_us > limit_us:
-        return Fit.WITHOUT_TAIL, "slowest call"
-    if bound is None or bound > LATE_SHARE:
-        return Fit.WITHOUT_TAIL, "too few calls"
-    return Fit.FITS, ""
 
 
 def _times(factor: float, us: float | None) -> float | None:

@@ -1,15 +1,15 @@
-"""The pictures of a report: every file in this folder with ``draw`` or ``draw_run`` is one.
+"""The pictures of a report, drawn by functions of a run, or of a run and one vehicle.
 
-``draw(run, vehicle)`` returns a figure, saved as ``<file>-<vehicle>.svg``, or None where there is nothing to
-show. ``draw_run(run)`` does so for the whole run; its figure is saved as ``<file>.svg``.
+Each returns a figure, or None where there is nothing to show. Its name is the file's: ``<name>.svg``, or
+``<name>-<vehicle>.svg``.
 """
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 from zlib import crc32
 
-from alloc.files.modules import modules
 from bench.results.rows import Run
 from bench.results.text import plain
 
@@ -21,25 +21,22 @@ def draw_all(run: Run, directory: Path) -> frozenset[str]:
     """Save every picture of a run into the folder, and remove an earlier run's; returns the files' names."""
     import matplotlib as mpl
 
+    from bench.report.pictures import methods, runs, vehicles
     from bench.report.pictures.style import SETTINGS, lacking_letters, save
 
+    of_run: list[Callable[..., Any]] = [runs.growth, runs.overview]
+    of_vehicle: list[Callable[..., Any]] = [methods.cost, methods.pareto, methods.period, methods.tails]
+    of_vehicle += [vehicles.error, vehicles.last_metre, vehicles.reach]
     drawn = set()
-    kinds = modules(__name__)
-    for kind, module in kinds.items():
-        pictures: dict[str, tuple[Any, ...]] = {}
-        if hasattr(module, "draw"):
-            pictures = {
-                file_name(f"{kind}-{vehicle}.svg"): (module.draw, vehicle) for vehicle in run.vehicles
-            }
-        if hasattr(module, "draw_run"):
-            pictures[f"{kind}.svg"] = (module.draw_run,)
-        for name, (draw, *vehicle) in pictures.items():
+    for make in of_run + of_vehicle:
+        kind = make.__name__.replace("_", "-")
+        asked = [()] if make in of_run else [(vehicle,) for vehicle in run.vehicles]
+        names = {file_name(f"{'-'.join([kind, *vehicle])}.svg"): vehicle for vehicle in asked}
+        for name, vehicle in names.items():
             with mpl.rc_context(SETTINGS), lacking_letters():
-                figure = draw(run, *vehicle)
-                if figure is not None:
+                if (figure := make(run, *vehicle)) is not None:
                     save(figure, directory / name)
                     drawn.add(name)
-    for kind in kinds:
         for old in (*directory.glob(f"{kind}-*.svg"), *directory.glob(f"{kind}.svg")):
             if old.name not in drawn:
                 old.unlink()

@@ -1,4 +1,4 @@
-"""One file, one section of report.md or details.md, with ``section(run, drawn)`` that writes its Markdown.
+"""Sections of report.md and details.md: functions of a run and its pictures' names that write Markdown.
 
 ``bench.report.page`` has their order. A section without anything to say is empty.
 """

@@ -1,7 +1,7 @@
-"""Report section: what a vehicle can do, whole and after each failure, and which share each method serves."""
+"""Report sections on vehicles: what each can do, who serves it, and what its ESCs lose."""
 
 from alloc.vehicle.geometry import unit
-from bench.record import Authority, Capability, Served
+from bench.record import Authority, Capability, LastMetre, Served
 from bench.report.pictures import picture
 from bench.report.readme import not_counted
 from bench.results.quantiles import share
@@ -12,7 +12,7 @@ NEARLY_SINGULAR = 100.0
 """Condition above which a warning is given: some wrench costs a hundred times the thrust of another, so full
 rank no longer means that the vehicle can be controlled. Ordinary layouts stay below 10."""
 
-INTRODUCTION = """## What each vehicle can do, and who serves it
+CAPABILITY = """## What each vehicle can do, and who serves it
 
 *Volume left* is the exact volume of what the thrusters can push inside their limits, over the whole
 vehicle's. *Closed form* is the exact share of it for which f = T* τ breaks no limit; *safe up to* says how
@@ -23,11 +23,11 @@ out, so it may be infeasible though it lies inside.
 """
 
 
-def section(run: Run, drawn: frozenset[str]) -> str:
+def capability(run: Run, drawn: frozenset[str]) -> str:
     """Authority after each failure, shares served, and the two pictures, vehicle by vehicle."""
     capabilities = [capability for vehicle in run.vehicles if (capability := run.capability(vehicle))]
     parts = [part for capability in capabilities for part in _vehicle(capability, drawn)]
-    return "\n".join([INTRODUCTION, *parts]) if parts else ""
+    return "\n".join([CAPABILITY, *parts]) if parts else ""
 
 
 def _vehicle(capability: Capability, drawn: frozenset[str]) -> list[str]:
@@ -121,3 +121,54 @@ def _shares(served: Served | None) -> tuple[str, str]:
 def _share(hits: int, n: int) -> str:
     middle, low, high = share(hits, n)
     return f"{percent(middle)} ({three(100 * low)} … {three(100 * high)})"
+
+
+LAST_METRE = """## What the last metre costs
+
+No ESC takes newtons. Each line is a way from thrusts to commands; thrusters make what the vehicle's curve
+says. *Missed* is the share of a small demand (so much of what is attainable in its direction) that they do
+not make, median and 95 %. *By steps alone* is what the wire's resolution explains of the median: better takes
+finer steps. In flight the vehicle keeps station in a current: what is missed, each axis over the length of
+its row of T times the largest limit, how far off it is, and how often a thruster starts, stops or turns
+round. The linear map knows no curve: neutral is 0 N, the ends are the limits.
+"""
+
+
+def last_metre(run: Run, drawn: frozenset[str]) -> str:
+    """A table and a picture for each vehicle with ESCs."""
+    parts = []
+    for capability in run.record.capabilities:
+        if capability.last_metre:
+            name = capability.vehicle
+            alt = f"{name}: share of small demands that is missed, by the way from thrusts to commands"
+            parts += [
+                f"### {plain(name)}\n",
+                picture(f"last-metre-{name}.svg", alt, drawn),
+                _ways(capability.last_metre),
+            ]
+    return "\n".join([LAST_METRE, *parts]) if parts else ""
+
+
+def _ways(ways: list[LastMetre]) -> str:
+    headers = [
+        "way",
+        *(f"{percent(share)}: missed, 95 %" for share in ways[0].share),
+        "in flight: missed",
+        "off [m]",
+        "starts and turns [1/s]",
+    ]
+    rows = [
+        [
+            each.way,
+            *(
+                f"{percent(p50)}, {percent(p95)}"
+                for p50, p95 in zip(each.error_p50, each.error_p95, strict=True)
+            ),
+            percent(each.missed),
+            three(each.off_m),
+            three(each.turns_hz),
+        ]
+        for each in ways
+    ]
+    steps = ["by steps alone", *(percent(step) for step in ways[-1].step_p50), "", "", ""]
+    return table(headers, [*rows, steps])

@@ -4,8 +4,8 @@ from collections import defaultdict
 from operator import attrgetter
 
 from bench.results.columns import Row
+from bench.results.quantiles import most
 from bench.results.ranking import objection, off
-from bench.results.repeats import most
 from bench.results.rows import Run
 from bench.results.text import table, three
 

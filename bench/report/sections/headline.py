@@ -1,18 +1,39 @@
-"""Report section: what exactness costs, what is lost without limits, and how far to trust both."""
+"""Report sections that open it: what to take, what exactness costs, and what limits are worth."""
 
 from alloc.formulations import Family
 from bench.record import NO_VEHICLE, SERVED_WITHIN
+from bench.record.schema import machine_name
+from bench.report.pictures import picture
 from bench.report.readme import served_share
+from bench.report.verdict import cut_logs, loop_of, sure, usual, whose_rate
 from bench.results.columns import Row
 from bench.results.ranking import best, complete, exact, off, optimal, right
 from bench.results.rows import Run
 from bench.results.text import counted, number_range, plain, three
 
+
+def opening(run: Run, drawn: frozenset[str]) -> str:
+    """The verdicts at the usual control rate, the machine's noise, and the picture of both sides."""
+    said = usual(run)
+    if not said:
+        return ""
+    name = machine_name(run.record.header.machine)
+    cut = "".join(f" {sentence}" for sentence in cut_logs(run, plain))
+    return "\n".join(
+        [
+            "\n".join(f"- {plain(sentence)}" for sentence in [*said, *whose_rate(run)]) + "\n",
+            f"How sure: {plain(name)} was {plain(sure(run))} Another rate than {loop_of(run).rate_hz:g} Hz:"
+            f" `thrustbench size DIR --rate HZ`.{cut}\n",
+            picture("overview.svg", "what a call costs, and what is lost without limits", drawn),
+        ]
+    )
+
+
 CLOSED_FORMS = {"pinv@native": "the time of f = T* τ in generated C", "pinv": "that of f = T* τ in numpy"}
 """What the exact answer is compared with: generated C with C, and what most people call from Python."""
 
 
-def section(run: Run, drawn: frozenset[str]) -> str:
+def headline(run: Run, drawn: frozenset[str]) -> str:
     """The cost of exactness, the loss without limits, and how far to trust both."""
     sentences = [sentence for sentence in (_cost(run), _loss(run), _trust(run)) if sentence]
     return " ".join(sentences) + "\n" if run.vehicles else ""

@@ -5,8 +5,8 @@ from collections.abc import Callable
 from alloc.allocation import WRENCH_TOLERANCE
 from alloc.formulations.scaled import FORMULATION as SCALED
 from bench.results.columns import Row
+from bench.results.quantiles import most
 from bench.results.ranking import best
-from bench.results.repeats import most
 from bench.results.rows import Run
 from bench.results.text import percent, plain, table, three
 

@@ -19,10 +19,11 @@ from bench.record import (
     RecordError,
     Served,
 )
-from bench.report.pictures import draw_all, error, reach
-from bench.report.pictures import last_metre as pictured
-from bench.report.sections import last_metre, mission
-from bench.report.sections.capability import section
+from bench.report.pictures import draw_all
+from bench.report.pictures import vehicles as pictured
+from bench.report.sections.capability import capability as section
+from bench.report.sections.capability import last_metre
+from bench.report.sections.flights import mission
 from bench.results.rows import Run, read_run
 from tests.made_up import cell, header, problem, record
 
@@ -106,20 +107,20 @@ def test_methods_that_serve_the_same_share_a_line_and_the_best_comes_first(tmp_p
 def test_a_record_without_capabilities_has_no_such_section_and_no_such_pictures(tmp_path: Path) -> None:
     run = run_with(tmp_path)
     assert section(run, frozenset()) == ""
-    assert reach.draw(run, "ukwial") is None
-    assert error.draw(run, "ukwial") is None
+    assert pictured.reach(run, "ukwial") is None
+    assert pictured.error(run, "ukwial") is None
 
 
 def test_pictures_are_drawn_and_curves_that_coincide_share_a_line(tmp_path: Path) -> None:
     run = run_with(tmp_path, CAPABILITY)
-    drawn = reach.draw(run, "ukwial")
+    drawn = pictured.reach(run, "ukwial")
     assert drawn is not None
     assert [text.get_text() for text in drawn.legends[0].get_texts()] == [
         "attainable",
         "closed form inside the limits",
         "mission, active",
     ]
-    drawn = error.draw(run, "ukwial")
+    drawn = pictured.error(run, "ukwial")
     assert drawn is not None
     assert [text.get_text() for text in drawn.legends[0].get_texts()] == ["scaled", "pinv, svd"]
 
@@ -140,14 +141,14 @@ def test_the_last_metre_has_a_line_for_each_way_one_for_steps_and_a_picture(tmp_
                   turns_hz=None, **sizes),
     ]  # fmt: skip
     run = run_with(tmp_path, msgspec.structs.replace(CAPABILITY, last_metre=ways))
-    text = last_metre.section(run, draw_all(run, tmp_path))
+    text = last_metre(run, draw_all(run, tmp_path))
     rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text.splitlines() if "|" in line]
     assert rows[0][1:3] == ["2.00 %: missed, 95 %", "5.00 %: missed, 95 %"]
     assert rows[2] == ["linear map", "100 %, 100 %", "90.0 %, 100 %", "25.0 %", "0.330", "2.50"]
     assert rows[3][:3] == ["curve", "2.80 %, 5.00 %", "1.07 %, 1.67 %"]
     assert rows[4][:3] == ["by steps alone", "2.74 %", "1.08 %"]
     assert "](last-metre-ukwial.svg)" in text
-    drawn = pictured.draw(run, "ukwial")
+    drawn = pictured.last_metre(run, "ukwial")
     assert drawn is not None
     assert [each.get_text() for each in drawn.legends[0].get_texts()] == [
         "linear map",
@@ -156,8 +157,8 @@ def test_the_last_metre_has_a_line_for_each_way_one_for_steps_and_a_picture(tmp_
     ]
     (tmp_path / "nothing").mkdir()
     nothing = run_with(tmp_path / "nothing", CAPABILITY)
-    assert last_metre.section(nothing, frozenset()) == ""
-    assert pictured.draw(nothing, "ukwial") is None
+    assert last_metre(nothing, frozenset()) == ""
+    assert pictured.last_metre(nothing, "ukwial") is None
 
 
 def test_a_flight_through_a_failure_shows_before_and_after(tmp_path: Path) -> None:
@@ -174,12 +175,12 @@ def test_a_flight_through_a_failure_shows_before_and_after(tmp_path: Path) -> No
         flown("ukwial-f2", "mission-fault", 0.222),
         flown("ukwial-f2-f0", "mission-fault", 0.333),  # a failure of another vehicle, ukwial-f2
     ]
-    text = mission.section(read_run(record(tmp_path, header(), once, twice, *cells)), frozenset())
+    text = mission(read_run(record(tmp_path, header(), once, twice, *cells)), frozenset())
     assert "### ukwial, then ukwial-f2" in text
     assert "11.1 %" in text
     assert "22.2 %" in text
     assert "33.3 %" not in text
-    assert mission.section(run_with(tmp_path), frozenset()) == ""
+    assert mission(run_with(tmp_path), frozenset()) == ""
 
 
 def test_the_mission_says_how_much_of_the_flight_was_asked(tmp_path: Path) -> None:
@@ -191,7 +192,7 @@ def test_the_mission_says_how_much_of_the_flight_was_asked(tmp_path: Path) -> No
         )
     ]
     cells = [cell(key=Key(p.vehicle, p.demands, "pinv")) for p in asked]
-    text = mission.section(read_run(record(tmp_path, header(), *asked, *cells)), frozenset())
+    text = mission(read_run(record(tmp_path, header(), *asked, *cells)), frozenset())
     assert "60 demands (0.600 s) of waypoints" in text
 
 
@@ -217,6 +218,6 @@ def test_a_section_that_was_left_out_leaves_the_others_drawn(tmp_path: Path) -> 
     plane = CAPABILITY.planes[0]
     loaded = [msgspec.structs.replace(plane, held_at=9.0, y=y) for y in ("sway", "yaw")]
     uneven = msgspec.structs.replace(CAPABILITY, authority=[], planes=[plane, *loaded])
-    figure = reach.draw(run_with(tmp_path, uneven), "ukwial")
+    figure = pictured.reach(run_with(tmp_path, uneven), "ukwial")
     assert figure is not None
     assert len(figure.axes) == 3

@@ -1,36 +1,40 @@
-"""A section of the report is one file, and its name in the order of a page."""
+"""A section of the report is a function, and stands where a page names it."""
 
-import sys
+import inspect
 from pathlib import Path
 
 import pytest
 
-from alloc.files import modules
-from bench.report import sections
-from bench.report.page import FIRST, REST, SECTIONS, details
-from bench.results.rows import read_run
+from alloc.files.modules import modules
+from bench.report import page, sections
+from bench.report.sections import facts
+from bench.results.rows import Run, read_run
 from tests import made_up
 
 
 def test_every_section_has_its_place_on_a_page() -> None:
-    assert {*FIRST, *REST} == set(modules.names(SECTIONS))
+    functions = [each for module in modules(sections.__name__).values() for each in vars(module).values()]
+    made = {
+        each
+        for each in functions
+        if inspect.isfunction(each) and each.__module__.startswith(sections.__name__)
+    }
+    assert {*page.FIRST, *page.REST} == {
+        each for each in made if [*inspect.signature(each).parameters] == ["run", "drawn"]
+    }
 
 
 def test_a_made_up_section_is_shown_where_its_name_stands(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """CONTRIBUTING's row on a section, followed."""
+
+    def made(run: Run, drawn: frozenset[str]) -> str:
+        return f"## Made up of {len(run.rows)} rows\n"
+
     run = read_run(made_up.whole(tmp_path))
-    (tmp_path / "made_up.py").write_text(
-        "def section(run, drawn):\n    return f'## Made up of {len(run.rows)} rows\\n'\n", encoding="utf-8"
-    )
-    monkeypatch.setattr(sections, "__path__", [*sections.__path__, str(tmp_path)])
-    monkeypatch.setattr(sys.modules["bench.report.page"], "REST", ("made-up", "method"))
-    try:
-        text = details(run, frozenset())
-    finally:
-        sys.modules.pop(f"{SECTIONS}.made_up", None)
-    before, shown, after = text.partition(f"\n## Made up of {len(run.rows)} rows\n")
+    monkeypatch.setattr(page, "REST", (made, facts.method))
+    before, shown, after = page.details(run, frozenset()).partition(f"\n## Made up of {len(run.rows)} rows\n")
     assert before.startswith("# The details")
     assert shown
     assert "## How it was measured" in after

@@ -8,16 +8,21 @@ from matplotlib.figure import Figure
 from msgspec.structs import replace
 
 from bench.record import Cell, Judged, Key, Line, Method
-from bench.report.pictures import cost, overview, pareto, period, tails
+from bench.report.pictures.methods import MOST, MOST_CURVES, cost, pareto, period, tails
+from bench.report.pictures.runs import overview
 from bench.report.pictures.style import SETTINGS, share_axis
-from bench.report.sections import cost as costs
-from bench.report.sections import method
-from bench.report.sections import tails as tail_tables
+from bench.report.sections import cost as times
+from bench.report.sections import facts
 from bench.report.terminal import missed
 from bench.results.rows import Run, read_run
 from tests import made_up
 
-KINDS = {"cost": cost, "pareto": pareto, "period": period, "tails": tails}
+KINDS = {
+    "cost": (cost, MOST),
+    "pareto": (pareto, MOST),
+    "period": (period, MOST),
+    "tails": (tails, MOST_CURVES),
+}
 
 
 def asked(name: str, us: float, demands: str = "active", loss: float = 0.1, **judged: float) -> Cell:
@@ -41,11 +46,12 @@ def test_a_picture_that_has_not_all_methods_says_how_many_and_has_the_user_s_own
     kind: str, over: int, tmp_path: Path
 ) -> None:
     """Red before: it stopped at twelve and at ten, and said nothing."""
-    n = KINDS[kind].MOST + over
+    draw, most = KINDS[kind]
+    n = most + over
     cells = [asked(f"m{i:02}", 1.0 + i) for i in range(n - 1)] + [asked("mine", 99.0)]
     run = run_of(tmp_path, Method(name="mine", family="yours", plugin=True), *cells)
     with mpl.rc_context(SETTINGS):
-        figure = KINDS[kind].draw(run, "ukwial")
+        figure = draw(run, "ukwial")
     assert figure is not None
     (axes,) = figure.axes
     title = axes.get_title("left")
@@ -53,7 +59,7 @@ def test_a_picture_that_has_not_all_methods_says_how_many_and_has_the_user_s_own
     assert ("methods" in title) == bool(over)
     assert "mine" in words(figure)
     drawn = frozenset(f"{name}-ukwial.svg" for name in KINDS)
-    for text in (costs.section(run, drawn), tail_tables.section(run, drawn), method.section(run, drawn)):
+    for text in (times.cost(run, drawn), times.tails(run, drawn), facts.method(run, drawn)):
         assert "each method" not in text  # as "Pictures show each method's …"
         assert "fastest methods" not in text
 
@@ -70,7 +76,7 @@ def test_what_leaving_limits_out_costs_is_of_demands_that_can_be_met_as_on_the_t
     cells = [asked("pinv", 1.0, missed_max=0.07), asked("pinv", 1.0, "hot", loss=0.48, missed_max=0.05)]
     run = run_of(tmp_path, log, *cells)
     with mpl.rc_context(SETTINGS):
-        figure = overview.draw_run(run)
+        figure = overview(run)
     assert figure is not None
     _, right = figure.axes
     (line,) = right.get_lines()
@@ -84,7 +90,7 @@ def test_a_share_that_is_missing_is_drawn_also_where_it_is_more_than_all(
     missed: float, ends: list[float], tmp_path: Path
 ) -> None:
     with mpl.rc_context(SETTINGS):
-        figure = overview.draw_run(run_of(tmp_path, asked("pinv", 1.0, missed_max=missed)))
+        figure = overview(run_of(tmp_path, asked("pinv", 1.0, missed_max=missed)))
     assert figure is not None
     assert ends[0] <= figure.axes[1].get_xlim()[1] <= ends[1]
 
@@ -100,7 +106,7 @@ def test_what_leaving_limits_out_costs_has_axes_where_a_method_without_was_asked
     }
     run = run_of(tmp_path, *(cells[name] for name in named))
     with mpl.rc_context(SETTINGS):
-        figure = overview.draw_run(run)
+        figure = overview(run)
     assert figure is not None
     assert len(figure.axes) == halves
 

@@ -15,11 +15,11 @@ from matplotlib.text import Text
 from alloc import load_vehicle
 from alloc.formulations import Family
 from bench.record import Curve
-from bench.report.pictures.error import alike
 from bench.report.pictures.labels import label_points
+from bench.report.pictures.methods import at_least
 from bench.report.pictures.sketch import thrust_curve
 from bench.report.pictures.style import DARK, FAMILIES, SETTINGS, looks
-from bench.report.pictures.tails import at_least
+from bench.report.pictures.vehicles import alike
 from bench.results.ranking import front
 
 positive = st.floats(1e-3, 1e3)

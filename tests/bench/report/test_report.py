@@ -18,7 +18,7 @@ from bench.record import Batch, Cell, Emulated, Event, Judged, Key, Method
 from bench.report import render
 from bench.report.page import details, page
 from bench.report.sections import cost, emulation, failures, headline, worth
-from bench.report.sections.tails import unmet
+from bench.report.sections.cost import unmet
 from bench.results.rows import read_run
 from bench.results.text import number_range, plain, table, three
 from tests import made_up
@@ -107,7 +107,7 @@ def test_the_headline_compares_generated_c_with_c_and_a_solver_s_call_with_its_o
 
 def test_the_report_explains_the_formulations_of_its_run_and_no_other_of_the_tree(tmp_path: Path) -> None:
     run = read_run(made_up.record(tmp_path, made_up.header(), made_up.exact_cell("ukwial", "nullspace", 1.0)))
-    text = cost.section(run, frozenset())
+    text = cost.cost(run, frozenset())
     assert "*hard* is the least effort" in text
     assert "*soft*" not in text
 
@@ -209,7 +209,7 @@ def test_what_is_lost_beyond_what_a_formula_serves_is_said_only_where_it_was_ask
         loss = {"lost_wrench_max": lost, "direction_error_max_deg": 100 * lost}
         judged = Judged(answers=10, counts={"SOLVED": 10}, agrees=True, loss=loss)
         run = read_run(record(tmp_path, header(), problem("ukwial"), made_up.cell("pinv", judged=judged)))
-        assert ("misses up to" in headline.section(run, frozenset())) is said
+        assert ("misses up to" in headline.headline(run, frozenset())) is said
 
 
 @pytest.mark.parametrize(("beyond", "said"), [(0, ""), (3, ", some of which no thrusts meet,")])
@@ -220,7 +220,7 @@ def test_a_loss_on_demands_that_nothing_meets_is_not_laid_to_the_formula_alone(
     cell = made_up.cell("pinv", judged=Judged(answers=10, counts={}, agrees=True, loss=loss))
     labels = {"inactive": 10 - beyond, "infeasible": beyond}
     asked = msgspec.structs.replace(problem("ukwial"), demands=cell.key.demands, labels=labels)
-    text = headline.section(read_run(record(tmp_path, header(), asked, cell)), frozenset())
+    text = headline.headline(read_run(record(tmp_path, header(), asked, cell)), frozenset())
     assert (
         f"On the demands asked{said} what f = T* τ, cut at the limits, delivers misses up to 25.0 %" in text
     )

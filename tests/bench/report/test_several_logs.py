@@ -8,7 +8,7 @@ from msgspec.structs import replace
 from bench.record import Cell, Judged, Key, Line, Method, Problem
 from bench.report import together
 from bench.report.page import page
-from bench.report.sections import headline, lost, onboard, tails, worth
+from bench.report.sections import cost, headline, lost, onboard, worth
 from bench.results.machines import NamedRun
 from bench.results.rows import Run, read_run
 from tests import made_up
@@ -48,7 +48,7 @@ def run_of(directory: Path, *names: str, given: bool = True) -> Run:
 def test_what_is_lost_is_said_of_the_worst_log_whichever_name_comes_first(
     names: tuple[str, ...], tmp_path: Path
 ) -> None:
-    text = headline.section(run_of(tmp_path / "run", *names), frozenset())
+    text = headline.headline(run_of(tmp_path / "run", *names), frozenset())
     assert "misses up to 60.0 % of the wrench and points up to 60.0° away" in text
 
 
@@ -67,7 +67,7 @@ def test_each_log_has_a_table_of_methods_of_tails_and_of_machines(tmp_path: Path
     run = run_of(tmp_path / "run", "a_easy", "b_hard")
     for name in ("a_easy", "b_hard"):
         assert f"### ukwial, {name} demands" in worth.section(run, frozenset())
-        assert f"### ukwial, {name}\n" in tails.section(run, frozenset())
+        assert f"### ukwial, {name}\n" in cost.tails(run, frozenset())
         pages = together.page([NamedRun("one", run), NamedRun("two", run)])
         assert f"## ukwial, medians on {name} demands" in pages
 
@@ -87,4 +87,4 @@ def test_on_board_logs_of_one_kind_stand_together_with_the_worst(tmp_path: Path)
 def test_of_sets_that_were_drawn_the_first_stands_for_all(tmp_path: Path) -> None:
     run = run_of(tmp_path / "run", "a_easy", "b_hard", given=False)
     assert run.leading("ukwial") == ["a_easy"]
-    assert "misses up to" not in headline.section(run, frozenset())
+    assert "misses up to" not in headline.headline(run, frozenset())

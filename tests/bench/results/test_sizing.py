@@ -11,9 +11,8 @@ from bench.record import Batch, Capability, Cell, Judged, Key, Method, Served
 from bench.record.canary import CanaryError, CanaryFile, read_canary
 from bench.report.readme import served_share
 from bench.results.rows import Run, read_run
-from bench.results.size import Fit, Loop, Size
-from bench.results.sizing import judge, sizes
-from bench.results.transfer import Transfer, transfer
+from bench.results.size import Fit, Loop, Size, judge
+from bench.results.sizing import Transfer, sizes, transfer
 from tests import made_up
 
 COUNTED = (("nullspace", 9), ("scaled", 9), ("scaled-by-group", 7))

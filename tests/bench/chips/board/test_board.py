@@ -19,7 +19,7 @@ from bench.chips.board.project import plan
 from bench.inputs.board_log import LogError, read_board_log
 from bench.record import Method, read
 from bench.report import render
-from bench.report.sections import slowest
+from bench.report.sections.facts import slowest
 from bench.report.verdict import usual
 from bench.results.machines import read_machines
 from bench.results.rows import read_run
@@ -48,7 +48,7 @@ def test_a_log_becomes_a_run_like_any_other(log: bytes, tmp_path: Path) -> None:
             assert len(cell.worst) == 3
     assert cells["nullspace@native", "active"].judged.agrees  # type: ignore[union-attr]
     assert cells["nullspace@native", "infeasible"].judged.counts == {"INFEASIBLE": 20}  # type: ignore[union-attr]
-    assert slowest.section(machine.run, frozenset()).count("nullspace@native") == 3
+    assert slowest(machine.run, frozenset()).count("nullspace@native") == 3
     sized = sizes(machine.run, Loop(rate_hz=10.0))
     assert {size.method: size.fit for size in sized if size.exact}["nullspace@native"] <= Fit.WITHOUT_TAIL
 

@@ -1,4 +1,6 @@
-"""Both sides in one picture: what limits cost, and what leaving them out costs, vehicle by vehicle."""
+"""Pictures of a whole run: both sides of limits, vehicle by vehicle, and growth with thrusters."""
+
+from itertools import product
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -8,6 +10,7 @@ from alloc.formulations import Family
 from bench.report.pictures.style import BLUE, BROWN, FAMILIES, GREY, INK, brief, time_axis
 from bench.report.readme import served_share
 from bench.results.columns import Row
+from bench.results.growth import series
 from bench.results.ranking import best, largest_miss, representatives
 from bench.results.rows import Run
 
@@ -23,7 +26,7 @@ WAYS = {
 """Colour, mark and filling of each way to allocate."""
 
 
-def draw_run(run: Run) -> Figure | None:
+def overview(run: Run) -> Figure | None:
     """Left: the median of a call, by six ways. Right, if asked: what the way without limits lacks."""
     rows = {v: representatives(best(run, v, run.sets(v)[0])) for v in reversed(run.vehicles)}
     rows = {vehicle: ways for vehicle, ways in rows.items() if ways}
@@ -81,3 +84,38 @@ def _losses(axes: Axes, run: Run, rows: dict[str, dict[str, Row]]) -> None:
             axes.plot([100 * missed, 100 * missed], [y - 0.38, y + 0.38], color=INK, linewidth=1.8)
             most = max(most, 100 * missed)  # more than the wrench is missing where thrusts turn it
     axes.set_xlim(0, most if most == 100 else 1.02 * most)
+
+
+def growth(run: Run) -> Figure | None:
+    """Median call above, allocator size below; a column for each number of degrees of freedom."""
+    measured = series(run)
+    if not measured:
+        return None
+    families = sorted({s.k for s in measured})
+    labels = sorted({s.label for s in measured})
+    looks = dict(zip(labels, product(("solid", (0, (4, 1.5)), (0, (1, 1))), FAMILIES.values()), strict=False))
+    figure = Figure((4.2 * len(families), 7.5))
+    grid = figure.subplots(2, len(families), squeeze=False, sharex="col", sharey="row")
+    for column, k in enumerate(families):
+        for s in (s for s in measured if s.k == k and s.label in looks):
+            _line(grid[0, column], s.times_us(), looks[s.label], s.label)
+            _line(grid[1, column], s.kilobytes(), looks[s.label], "")
+        sizes = sorted({n for s in measured if s.k == k for n in s.rows})
+        grid[1, column].set_xticks(sizes, [str(n) for n in sizes])
+        grid[1, column].set_xlabel("thrusters")
+        grid[0, column].set_title(f"{k} degrees of freedom")
+    time_axis(grid[0, 0].yaxis, "one call, median")
+    grid[1, 0].set_ylabel("allocator [kB]")
+    handles, names = grid[0, 0].get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower center", ncols=4)
+    return figure
+
+
+def _line(axes: Axes, values: dict[int, float], look: tuple[object, str], label: str) -> None:
+    dashes, colour = look
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.minorticks_off()
+    axes.plot(
+        list(values), list(values.values()), "o", linestyle=dashes, color=colour, markersize=3, label=label
+    )

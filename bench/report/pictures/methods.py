@@ -1,0 +1,177 @@
+"""Pictures of methods on one vehicle: cost of a call, loss over time, share of a control period, tails."""
+
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator
+
+from alloc.allocation import WRENCH_TOLERANCE
+from bench.report.pictures.labels import label_points
+from bench.report.pictures.style import (
+    BLUE,
+    FAINT,
+    GREEN,
+    INK,
+    PAPER,
+    VERMILION,
+    brief,
+    colour,
+    headed,
+    legend,
+    looks,
+    share_axis,
+    time_axis,
+)
+from bench.results.quantiles import Histogram, total
+from bench.results.ranking import best, front, largest_loss, telling
+from bench.results.rows import Run
+
+MOST = 12
+"""Most methods in one picture."""
+
+
+def cost(run: Run, vehicle: str) -> Figure | None:
+    """Median of each method as a dot, a thick whisker to p99.9, a thin one to the slowest call."""
+    demands = run.sets(vehicle)[0]
+    every = best(run, vehicle, demands)
+    rows = telling(every, MOST)[::-1]
+    if not rows:
+        return None
+    figure = Figure((7.5, 1.5 + 0.2 * len(rows)))
+    axes = figure.add_subplot()
+    axes.set_xscale("log")
+    for y, row in enumerate(rows):
+        centre, singles, tail = row.call_p50_us or 0.0, run.singles(row), run.tail_us(row, 0.999)
+        if singles:
+            slowest = singles[-1][0] / 1000
+            axes.plot([centre, slowest], [y, y], color=colour(row), linewidth=0.8)
+            axes.plot([slowest], [y], "|", color=colour(row), markersize=6)
+        if tail is not None:
+            ends = [centre, max(centre, tail)]
+            axes.plot(ends, [y, y], color=colour(row), linewidth=2.6, solid_capstyle="butt")
+        axes.plot([centre], [y], "o", color=colour(row), markersize=5)
+    time_axis(
+        axes.xaxis,
+        f"one call: median on {brief(demands)} demands (dot),"
+        "\non all sets p99.9 (thick line) and slowest (bar)",
+    )
+    axes.set_yticks(range(len(rows)), [brief(row.label) for row in rows])
+    axes.set_ylim(-0.7, len(rows) - 0.3)
+    axes.grid(axis="y", visible=False)
+    axes.set_title(headed(vehicle, len(rows), len(every)))
+    legend(figure, rows)
+    return figure
+
+
+FLOOR = WRENCH_TOLERANCE
+"""A wrench missed by less counts as met and is drawn at this height, because a log axis has no zero."""
+
+
+def pareto(run: Run, vehicle: str) -> Figure | None:
+    """Worst share of the wrench lost over median time; the line joins the Pareto front."""
+    demands = run.sets(vehicle)[0]
+    every = best(run, vehicle, demands)
+    points = [
+        (time, max(error, FLOOR), row)
+        for row in telling(every, MOST)
+        if (time := row.call_p50_us) and (error := largest_loss(row)) is not None
+    ]
+    if not points:
+        return None
+    figure = Figure((7.5, 5))
+    axes = figure.add_subplot()
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    kept = front([(time, error) for time, error, _ in points])
+    axes.step(*zip(*kept, strict=True), where="post", color=FAINT, linewidth=4, zorder=1)
+    for time, error, row in points:
+        axes.plot([time], [error], "o", color=colour(row), markersize=5)
+    time_axis(axes.xaxis, "one call, median")
+    share_axis(axes.yaxis, "largest share of a demand's wrench that is lost", floor=FLOOR)
+    axes.set_title(headed(f"{vehicle}, {demands} demands", len(points), len(every)))
+    legend(figure, [row for *_, row in points])
+    on_front = set(kept)
+    # Points of the front come first, so their labels get the best places.
+    ordered = sorted(points, key=lambda point: point[:2] not in on_front)
+    named = [(time, error, row.method) for time, error, row in ordered]
+    label_points(axes, named)
+    return figure
+
+
+RATES_HZ = {50: (GREEN, "o"), 100: (BLUE, "s"), 400: (VERMILION, "^")}
+"""Colour and mark of each control rate."""
+
+
+def period(run: Run, vehicle: str) -> Figure | None:
+    """p99 over the period as a mark for each rate; 100 % is a missed deadline.
+
+    p99 is of the single calls on all of the vehicle's demand sets. Where there are too few calls for it, a
+    hollow mark shows the slowest call.
+    """
+    shown: list[tuple[str, float, bool]] = []
+    every = best(run, vehicle, run.sets(vehicle)[0])
+    for row in telling(every, MOST):
+        singles = run.singles(row)
+        tail = run.tail_us(row, 0.99)
+        if singles:
+            shown.append((row.label, singles[-1][0] if tail is None else 1000 * tail, tail is not None))
+    if not shown:
+        return None
+    shown.sort(key=lambda item: -item[1])
+    figure = Figure((7.5, 1.6 + 0.2 * len(shown)))
+    axes = figure.add_subplot()
+    axes.set_xscale("log")
+    for y, (_, ns, known) in enumerate(shown):
+        for rate, (paint, mark) in RATES_HZ.items():
+            inside = paint if known else PAPER
+            axes.plot([ns * 1e-9 * rate * 100], [y], mark, color=paint, markerfacecolor=inside, markersize=5)
+    axes.axvline(100, color=INK, linewidth=1)
+    axes.xaxis.set_major_locator(LogLocator(numticks=20))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda share, _: f"{share:g} %"))
+    axes.set_yticks(range(len(shown)), [brief(label) for label, _, _ in shown])
+    axes.set_ylim(-0.7, len(shown) - 0.3)
+    axes.set_xlabel("p99 of a call (hollow: slowest of too few), share of the control period")
+    axes.set_title(headed(f"{vehicle}, all demand sets", len(shown), len(every)))
+    marks = [Line2D([], [], color=c, marker=m, linestyle="") for c, m in RATES_HZ.values()]
+    figure.legend(marks, [f"{rate} Hz" for rate in RATES_HZ], loc="outside lower center", ncols=3)
+    return figure
+
+
+MOST_CURVES = 10
+"""Most curves in one picture."""
+
+
+def tails(run: Run, vehicle: str) -> Figure | None:
+    """A curve for each of the telling methods down to its slowest call, labelled at the right."""
+    demands = run.sets(vehicle)[0]
+    every = best(run, vehicle, demands)
+    rows = telling([row for row in every if row.measured.singles], MOST_CURVES)
+    if not rows:
+        return None
+    figure = Figure((7.5, 4.6))
+    axes = figure.add_subplot()
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    styles = looks((row.label, row.family) for row in rows)
+    for row in rows:
+        times, share = at_least(row.measured.singles)
+        colour, dashes = styles[row.label]
+        axes.step(
+            times, share, where="pre", color=colour, linestyle=dashes, linewidth=1.3, label=brief(row.label)
+        )
+        axes.plot(times[-1:], share[-1:], "o", color=colour, markersize=3.5)
+    time_axis(axes.xaxis, "one call")
+    share_axis(axes.yaxis, "calls that took at least so long (dot: the slowest)")
+    axes.set_title(headed(f"{vehicle}, {demands} demands, single calls", len(rows), len(every)))
+    figure.legend(loc="outside right upper", title="by median")
+    return figure
+
+
+def at_least(counted: Histogram) -> tuple[list[float], list[float]]:
+    """Times [us] and the share of calls that took at least each: from all calls to the slowest."""
+    n = left = total(counted)
+    times, share = [], []
+    for ns, count in counted:
+        times.append(ns / 1000)
+        share.append(left / n)
+        left -= count
+    return times, share

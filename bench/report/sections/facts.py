@@ -1,0 +1,169 @@
+"""Report sections on how it was measured: frames, logs, slowest calls, memory, machine, method, limits."""
+
+from collections import Counter
+from statistics import median
+
+from alloc.vehicle.frame import FRAMES, described
+from bench.record import NO_VEHICLE, Worker
+from bench.report.verdict import cut_logs
+from bench.results.quantiles import most
+from bench.results.rows import Run
+from bench.results.text import percent, plain, table, three
+
+
+def frames(run: Run, drawn: frozenset[str]) -> str:
+    """One sentence a frame: which vehicles have it, and what its axes are."""
+    whole: dict[str, list[str]] = {frame: [] for frame in FRAMES}
+    for problem in run.record.problems:
+        if not problem.study and problem.whole not in whole[problem.frame]:
+            whole[problem.frame].append(problem.whole)
+    sentences = [
+        f"Demands of {plain(', '.join(sorted(vehicles)))} are in {described(frame)}."
+        for frame, vehicles in whole.items()
+        if vehicles
+    ]
+    return " ".join(sentences) + "\n" if sentences else ""
+
+
+def logs(run: Run, drawn: frozenset[str]) -> str:
+    """A line for each remark; empty without logs."""
+    lines = [f"- {plain(line)}\n" for line in run.record.said]
+    return "\n".join(["How the logs were understood:\n", "".join(lines)]) if lines else ""
+
+
+def slowest(run: Run, drawn: frozenset[str]) -> str:
+    """A table of the slowest call of each method on each demand set, and what was asked in it."""
+    lines = []
+    for row in run.rows:
+        known = [cell for cell in row.measured.cells if cell.worst and cell.singles]
+        if known:
+            slowest = max(known, key=lambda cell: cell.singles[-1][0])
+            demand = ", ".join(three(value) for value in slowest.worst)
+            lines.append([row.vehicle, row.demands, row.method, three(row.call_max_us), demand])
+    if not lines:
+        return ""
+    headers = ("vehicle", "demands", "method", "slowest call [µs]", "its demand [N, N m]")
+    return "\n".join(["## The slowest calls, and what was asked in them\n", table(headers, lines)])
+
+
+def memory(run: Run, drawn: frozenset[str]) -> str:
+    """A table: peak memory of each method's process, also over an empty one's, and the time of its import."""
+    methods = sorted({row.method for row in run.rows if not row.failed and row.vehicle != NO_VEHICLE})
+    workers = {name: [w for w in run.record.workers if w.method == name] for name in methods}
+    empty = _peak_MB(workers.get("noop", []))
+    lines = []
+    for name in sorted(methods, key=lambda name: _peak_MB(workers[name]) or 0.0):
+        peak = _peak_MB(workers[name])
+        over = None if peak is None or empty is None else peak - empty
+        imports = [w.import_ns for w in workers[name] if w.import_ns is not None and name != "noop"]
+        # Without anything to import, a first build may be quicker than later ones: that counts as zero.
+        import_ms = max(median(imports), 0.0) / 1e6 if imports else None
+        held = most(row.allocator_bytes for row in run.rows if row.method == name)
+        lines.append([name, three(peak), three(over), three(held and held / 1000), three(import_ms)])
+    headers = ("method", "peak [MB]", "over an empty worker [MB]", "allocator [kB]", "import [ms]")
+    text = (
+        "Peak resident memory of a process that runs this method and nothing else, numpy included, the"
+        " largest over its starts and levels; an empty worker is `noop`'s. *Allocator* is the largest over"
+        " vehicles, as Python sees it: what a solver holds outside Python is only in the peak. *Import* is"
+        " what a process's first build takes longer than later ones.\n"
+    )
+    known = any(number for _, *numbers in lines for number in numbers)
+    return f"## Memory\n\n{text}\n{table(headers, lines)}" if known else ""
+
+
+def _peak_MB(workers: list[Worker]) -> float | None:
+    peak = most(worker.peak_rss_bytes for worker in workers)
+    return None if peak is None else peak / 1e6
+
+
+def machine(run: Run, drawn: frozenset[str]) -> str:
+    """The machine as it described itself, what disturbed it, and the versions of what ran."""
+    header = run.record.header
+    facts = [[key.replace("_", " "), str(value)] for key, value in header.machine.items() if value != ""]
+    facts += [[f"the C's {key}", value] for key, value in run.form.items()]
+    facts += [["started", header.started], ["commit", header.commit or "unknown"], ["seed", str(header.seed)]]
+    versions = ", ".join(plain(f"{name} {version}") for name, version in sorted(header.versions.items()))
+    return "\n".join(
+        [
+            "## The machine, and how quiet it was\n",
+            table(("what", "value"), facts),
+            *([] if run.by_driver else [_quiet(run)]),
+            versions + ".\n",
+        ]
+    )
+
+
+def _quiet(run: Run) -> str:
+    measured = [row for row in run.rows if not row.failed and row.vehicle != NO_VEHICLE]
+    disturbed = Counter(what for row in measured for what in row.measured.disturbances)
+    busy = sum(bool(row.measured.disturbances) for row in measured)
+    steal = sum((c.quiet.steal_ticks or 0) for row in measured for c in row.measured.cells if c.quiet) / 100
+    text = f"Disturbed rows: {busy} of {len(measured)} ({percent(busy / len(measured) if measured else 0.0)})"
+    if disturbed:
+        text += ", by " + ", ".join(f"{what} ({count})" for what, count in sorted(disturbed.items()))
+    text += f". Time stolen by the hypervisor: {three(steal)} s."
+    done = [event for event in run.record.events if event.timed_s]
+    if done:
+        wall, timed = sum(e.wall_s for e in done), sum(e.timed_s for e in done)
+        text += f" The run took {three(wall)} s, {three(wall / timed)} times the calls it timed."
+    return text + "\n"
+
+
+METHOD_PYTHON = """\
+- Each method, start and level ran in a process of its own, pinned to one core, with one BLAS thread and
+  without garbage collection, {repeats}, in seeded random order.
+- Medians come from batches of about 2 ms, tails from single calls. Setting up is not solving and is timed
+  apart. Nothing is subtracted; what the timing loop itself takes is the row `noop`.
+"""
+METHOD_DRIVER = """\
+- One program in C called one method after the other: each demand once with cold caches, then singly for
+  the tail, and as often in passes for the median. Nothing is subtracted; the row `noop` is what timing takes.
+"""
+METHOD = """\
+- Every answer that was timed was judged from the vehicle's equations. A row with a wrong answer is a failure,
+  not a time, and is never called exact.
+- A quantile is printed only where ten calls lie beyond it, with its 95 % interval from order statistics,
+  as if calls were independent (*Tails* says how far that goes).
+- `inactive` demands lie where the pseudoinverse keeps within the limits; `active` ones are attainable but
+  need the limits; `infeasible` ones are not attainable.
+- Pictures and the lines *exact* show a method by its fastest start and level that is right everywhere, exact
+  ones before others; all of them are in `results.csv`, and so are vehicles after a failure (`-f2`: thruster
+  2, counted from 0, is off), of which the report shows one line each. A picture without room for all methods
+  says so: it has yours, those that none beats in time and loss, then of each family in turns.
+"""
+
+
+def method(run: Run, drawn: frozenset[str]) -> str:
+    """The rules of measuring, with this run's number of repeats."""
+    repeats = max((len(row.measured.cells) for row in run.rows), default=1)
+    ran = METHOD_PYTHON.format(repeats="once" if repeats == 1 else f"{repeats} times afresh")
+    return "## How it was measured\n\n" + (METHOD_DRIVER if run.by_driver else ran) + METHOD
+
+
+LIMITS_PYTHON = """\
+- Times are of Python on this machine. Another processor moves them all, and not all alike: run it there, or
+  transfer it with `thrustbench size --canary` and take the band seriously.
+"""
+LIMITS_DRIVER = """\
+- Times are of C on this board, with this compiler, these flags, caches and wait states; another moves them.
+"""
+LIMITS = """\
+- A slowest call is the slowest of those made, on a machine that does other things too; it is no bound.
+- Demand sets are drawn, not flown. Give your own log as a demand set before you decide.
+- Static allocation: no thruster dynamics, no power model. Slew rates and voltage act in `slew`, in `sag`
+  and in logs that bring limits; other sets have fixed limits.
+"""
+VIRTUAL = """- This was a virtual machine: p99.9 and slowest calls include what its host did.
+"""
+NOISY = """- More than one row in ten was measured while the machine was disturbed: look at column `quiet`.
+"""
+
+
+def limits(run: Run, drawn: frozenset[str]) -> str:
+    """The limits of every run, and those of this one."""
+    measured = [row for row in run.rows if not row.failed]
+    noisy = sum(bool(row.measured.disturbances) for row in measured) > len(measured) / 10
+    virtual = run.record.header.machine.get("virtual")
+    cut = "".join(f"- {sentence}\n" for sentence in cut_logs(run, plain))
+    times = LIMITS_DRIVER if run.by_driver else LIMITS_PYTHON
+    return "## Limits\n\n" + times + LIMITS + cut + (VIRTUAL if virtual else "") + (NOISY if noisy else "")
