@@ -13,7 +13,7 @@ from alloc.discovery import build, catalogue, generate
 from alloc.errors import AllocError, NotApplicable
 from alloc.reach.attainable import Label, alpha_max, label
 from alloc.vehicle import Vehicle
-from alloc.vehicle.read import list_vehicles, load_vehicle
+from alloc.vehicle.file import list_vehicles, load_vehicle
 
 __all__ = [
     "AllocError",

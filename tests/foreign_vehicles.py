@@ -3,8 +3,7 @@
 from pathlib import Path
 
 from alloc import Vehicle, load_vehicle
-from alloc.vehicle.keys import VehicleFile
-from alloc.vehicle.text import to_yaml
+from alloc.vehicle.keys import VehicleFile, to_yaml
 from bench.inputs.imported import ImportOptions, import_vehicle
 
 LIMITS = ImportOptions(f_min=-20, f_max=20)

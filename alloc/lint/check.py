@@ -12,8 +12,7 @@ from alloc.lint.matrix import on_columns, on_digits, on_odd_entry, on_reach, on_
 from alloc.lint.poses import on_mirror_images, on_name, on_poses
 from alloc.lint.report import Facts, Finding, Level, Report, error
 from alloc.vehicle.condition import condition
-from alloc.vehicle.file import matrices, vehicle_with
-from alloc.vehicle.read import find_file, read_document
+from alloc.vehicle.file import find_file, matrices, read_document, vehicle_with
 
 
 def check_vehicle(name: str | Path) -> Report:

@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from alloc.allocation import BoolArray, FloatArray
-from alloc.vehicle import Vehicle, columns
+from alloc.vehicle import Vehicle
 from alloc.vehicle.degeneracy import FLAT
+from alloc.vehicle.geometry import decimals as printed_decimals
 
 FEWEST, MOST = 4, 12
 """Decimals of a T that looks printed: with fewer, columns depend on each other by chance; with more the last
@@ -24,7 +25,7 @@ SETS = 50_000
 
 def decimals(T: FloatArray) -> int | None:
     """How many decimals the entries of T have at most; None where these are not between FEWEST and MOST."""
-    digits = columns.decimals(T)
+    digits = printed_decimals(T)
     return digits if FEWEST <= digits <= MOST else None
 
 

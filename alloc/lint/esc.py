@@ -7,8 +7,8 @@ import numpy as np
 
 from alloc.lint.report import Level
 from alloc.vehicle import Vehicle
-from alloc.vehicle.curve import GRAVITY, SHORT, measured, monotone
 from alloc.vehicle.esc import Esc
+from alloc.vehicle.esc_file import GRAVITY, SHORT, measured, monotone
 from alloc.vehicle.keys import EscKeys, VehicleFile
 
 APART = 0.02

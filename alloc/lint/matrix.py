@@ -9,10 +9,9 @@ from alloc.lint.digits import decimals, nearly_dependent, odd_entry, slips
 from alloc.lint.failures import lost_directions
 from alloc.lint.report import Remark, error, note, warning
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
-from alloc.vehicle.columns import IMAGES, alike, refusals
 from alloc.vehicle.condition import condition, wrench_doubt
 from alloc.vehicle.file import called, reaction_torques, suspects
-from alloc.vehicle.geometry import DOF
+from alloc.vehicle.geometry import DOF, IMAGES, alike, refusals
 from alloc.vehicle.keys import VehicleFile
 
 CONDITION = 20.0

@@ -7,10 +7,9 @@ import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.lint.report import FARTHEST_ARM, Remark, error, note, warning
-from alloc.vehicle.file import called
+from alloc.vehicle.file import called, find_file, list_vehicles
 from alloc.vehicle.geometry import contradictions
 from alloc.vehicle.keys import VehicleFile
-from alloc.vehicle.read import find_file, list_vehicles
 
 
 def on_name(keys: VehicleFile, path: Path) -> Iterator[Remark]:

@@ -1,7 +1,6 @@
 """A vehicle: its numbers (``model``), their ``geometry``, and the files that hold them."""
 
-from alloc.vehicle.checks import LARGEST
 from alloc.vehicle.degeneracy import RANK_TOLERANCE
-from alloc.vehicle.model import Vehicle
+from alloc.vehicle.model import LARGEST, Vehicle
 
 __all__ = ["LARGEST", "RANK_TOLERANCE", "Vehicle"]

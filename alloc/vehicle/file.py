@@ -1,19 +1,23 @@
-"""The ``Vehicle`` that the keys of a vehicle file describe."""
+"""Vehicle files: found by name or path, read, and made vehicles."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from alloc.allocation import FloatArray
-from alloc.errors import VehicleError
+from alloc.allocation import BoolArray, FloatArray
+from alloc.errors import VehicleError, unknown
+from alloc.files.keys import convert
+from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle import Vehicle
-from alloc.vehicle.checks import SINGULAR
-from alloc.vehicle.columns import refusals
-from alloc.vehicle.curve import LARGEST_COMMAND
-from alloc.vehicle.esc_file import escs, limits_of, table_of
-from alloc.vehicle.geometry import DOF, contradictions, planar_matrix, pose_matrix
-from alloc.vehicle.keys import Numbers, Planar, Rates, VehicleFile
+from alloc.vehicle.esc_file import LARGEST_COMMAND, escs, limits_of, table_of, with_curve_read
+from alloc.vehicle.geometry import DOF, contradictions, planar_matrix, pose_matrix, possible, refusals
+from alloc.vehicle.keys import EscKeys, Numbers, Planar, Rates, VehicleFile
 from alloc.vehicle.limits import Slew, VoltageTable
+from alloc.vehicle.model import SINGULAR
 from alloc.vehicle.names import listed
 
 SLACK_WEIGHT = 2000.0
@@ -216,3 +220,118 @@ def _rectangular(key: str, rows: list[Numbers]) -> FloatArray:
 
 def _per_thruster(value: float | Numbers, n: int) -> FloatArray:
     return np.full(n, value, dtype=np.float64) if isinstance(value, (int, float)) else np.array(value)
+
+
+class Mounting(NamedTuple):
+    """Mounting of n thrusters, in the frame of their vehicle.
+
+    Attributes
+    ----------
+    positions : (n, 3) from the origin of the file [m]
+    directions : (n, 3) along which positive thrust pushes the vehicle; shorter than 1 where T leaves out a
+        part of it, 0 for a thruster that gives no force [-]
+    center : (3,) the centre of mass [m]
+    measured : whether the file gives positions; else they are the nearest to the centre of mass of all that
+        make the same T
+    stands : (n,) whether there is such a line of thrust; else position and direction say nothing
+    """
+
+    positions: FloatArray
+    directions: FloatArray
+    center: FloatArray
+    measured: bool
+    stands: BoolArray
+
+
+def poses(keys: VehicleFile, T: FloatArray) -> Mounting:
+    """The poses of a file's thrusters, with T (k, n) as ``matrices`` makes it of the same file.
+
+    A T without poses tells the line along which a thruster pushes, not where on that line it sits: of
+    force e and moment m, the point of the line that is nearest to the centre of mass is e x m / |e|^2.
+    """
+    all_stand = np.ones(T.shape[1], dtype=bool)
+    if keys.thrusters:
+        positions = np.array([thruster.position for thruster in keys.thrusters])
+        directions = np.array([thruster.direction for thruster in keys.thrusters])
+        return Mounting(positions, directions, np.array(keys.center_of_mass), True, all_stand)
+    if keys.planar is not None:
+        alpha, phi = np.radians(keys.planar.alpha_deg), np.radians(keys.planar.phi_deg)
+        zero = np.zeros(len(alpha))
+        positions = np.array(keys.planar.d) * np.array([np.cos(phi), np.sin(phi), zero])
+        directions = np.array([np.cos(alpha), np.sin(alpha), zero])
+        return Mounting(positions.T, directions.T, np.zeros(3), True, all_stand)
+    whole = np.zeros((6, T.shape[1]))
+    whole[[DOF.index(axis) for axis in keys.dof]] = T
+    force, moment = whole[:3].T, whole[3:].T
+    squared = (force**2).sum(axis=1, keepdims=True)
+    nearest = np.cross(force, moment) / np.where(squared > 0, squared, 1.0)
+    stands = possible(T, keys.dof, reaction_torques(keys, T.shape[1])) & (squared[:, 0] > 0)
+    return Mounting(nearest, force, np.zeros(3), False, stands)
+
+
+@dataclass(frozen=True)
+class Document:
+    """A vehicle file as read.
+
+    Attributes
+    ----------
+    keys : the checked keys
+    tree : the YAML, with the line of each key
+    """
+
+    keys: VehicleFile
+    tree: YamlTree
+
+    def located(self, error: VehicleError) -> VehicleError:
+        """``error`` with file and line in front of its message."""
+        return VehicleError(error.what, error.key, path=self.tree.path, line=self.tree.lines.get(error.key))
+
+
+def list_vehicles() -> tuple[str, ...]:
+    """Names of the shipped vehicles, sorted."""
+    folder = resources.files("alloc") / "vehicles"
+    return tuple(sorted(f.name.removesuffix(".yaml") for f in folder.iterdir() if f.name.endswith(".yaml")))
+
+
+def load_vehicle(name: str | Path) -> Vehicle:
+    """A shipped vehicle by name, or any vehicle by the path of its YAML file.
+
+    Raises UnknownName if there is neither, FileError where the file is no readable YAML, and VehicleError
+    (file, line, key, remedy) where its content describes no vehicle.
+    """
+    document = read_document(find_file(name))
+    try:
+        return build_vehicle(document.keys)
+    except VehicleError as error:
+        raise document.located(error) from None
+
+
+def find_file(name: str | Path) -> Path:
+    """The file behind a shipped name or a path; raises UnknownName."""
+    text = str(name)
+    if text in list_vehicles():
+        return Path(str(resources.files("alloc") / "vehicles" / f"{text}.yaml"))
+    path = Path(text)
+    if path.suffix in (".yaml", ".yml") or "/" in text or _exists(path):
+        return path
+    raise unknown("vehicle", text, list_vehicles(), "; or give the path of a .yaml file")
+
+
+def read_document(path: Path) -> Document:
+    """Read one vehicle file and check its form; raises FileError or VehicleError."""
+    tree = read_yaml(path)
+    if not isinstance(tree.data, dict):
+        raise VehicleError("holds no keys; start with 'name:', 'dof:' and a geometry", path=path)
+    keys = convert(tree, VehicleFile, "docs/your-vehicle.md", VehicleError)
+    if isinstance(keys.esc, EscKeys):
+        keys.esc = with_curve_read(keys.esc, path.parent)
+    elif keys.esc is not None:
+        keys.esc = [with_curve_read(one, path.parent) for one in keys.esc]
+    return Document(keys, tree)
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, ValueError):  # the name is too long for a file, or holds a zero byte
+        return False

@@ -1,6 +1,8 @@
-"""The keys of a vehicle file."""
+"""The keys of a vehicle file, and their text as YAML."""
 
-from typing import Literal
+import json
+import re
+from typing import Any, Literal
 
 import msgspec
 
@@ -136,3 +138,37 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     names: list[str] | None = None
     rank: int | None = None
     notes: list[str] = []
+
+
+_PLAIN = re.compile(r"[A-Za-z][\w.,/@()+-]*( [\w.,/@()+-]+)*")
+_WORDS = {"null", "true", "false", "yes", "no", "on", "off", "y", "n"}  # no text in some version of YAML
+
+
+def to_yaml(keys: VehicleFile) -> str:
+    """The text of a vehicle file: one key a line, one thruster or row of a matrix a line."""
+    lines = []
+    for key, value in msgspec.to_builtins(keys).items():
+        if (
+            isinstance(value, (list, tuple))
+            and value
+            and isinstance(value[0], (list, dict, str))
+            and key != "dof"
+        ):
+            lines.append(f"{key}:")
+            lines += [f"  - {_flow(entry)}" for entry in value]
+        else:
+            lines.append(f"{key}: {_flow(value)}")
+    return "\n".join(lines) + "\n"
+
+
+def _flow(value: Any) -> str:
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key}: {_flow(entry)}" for key, entry in value.items()) + "}"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(_flow, value)) + "]"
+    if isinstance(value, str):
+        plain = _PLAIN.fullmatch(value) and value.lower() not in _WORDS
+        return value if plain else json.dumps(value, ensure_ascii=False)
+    if isinstance(value, float) and value == int(value) and abs(value) < 1e15:
+        return str(int(value))
+    return repr(value)

@@ -1,6 +1,6 @@
-"""A vehicle as the allocators see it: T, H, limits and readiness, frozen."""
+"""A vehicle as the allocators see it: T, H, limits and readiness, checked and frozen."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -8,16 +8,92 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from alloc.allocation import FloatArray, IndexArray
+from alloc.allocation import FloatArray, IndexArray, real
 from alloc.errors import DemandError, VehicleError
-from alloc.vehicle import wire
-from alloc.vehicle.checks import ARRAYS, check_parts, check_shapes, check_values, checked_array
 from alloc.vehicle.degeneracy import RANK_TOLERANCE, independent
-from alloc.vehicle.esc import Esc, Sent
+from alloc.vehicle.esc import Esc, Sent, esc_commands, esc_limits, esc_thrusts
 from alloc.vehicle.frame import Frame, checked_frame, turned
-from alloc.vehicle.limits import Interval, Slew, VoltageTable, of_a_moment
-from alloc.vehicle.names import check_names, index_of
-from alloc.vehicle.priority import Priority, checked_levels, checked_priority
+from alloc.vehicle.geometry import DOF
+from alloc.vehicle.limits import Interval, Slew, VoltageTable, check_slew, check_table, of_a_moment
+from alloc.vehicle.names import Priority, check_names, checked_levels, checked_priority, index_of
+
+ARRAYS = ("T", "H", "f_min", "f_max", "readiness", "slack_weights")
+LARGEST, SMALLEST = 1e15, 1e-9
+"""Bounds on the sizes in a vehicle [N, m]; between them no product over- or underflows."""
+SINGULAR = 1e-12
+"""Share of the largest eigenvalue of H up to which rounding in T H^-1 T' hides another, as if it were 0."""
+
+
+def checked_array(name: str, key: str, given: ArrayLike) -> FloatArray:
+    """The numbers of an array as they were given; raises VehicleError where they are none or too large."""
+    try:
+        array = real(np.asarray(given))
+    except (TypeError, ValueError, OverflowError) as error:
+        raise VehicleError(f"{name}: {key} is not an array of numbers ({error})", key) from None
+    if not np.isfinite(array).all():
+        raise VehicleError(f"{name}: {key} holds NaN or infinity; every entry must be finite", key)
+    if np.abs(array).max(initial=0.0) > LARGEST:
+        raise VehicleError(f"{name}: {key} holds a number above {LARGEST:g}; check its unit", key)
+    return array
+
+
+def check_shapes(name: str, dof: Sequence[str], arrays: Mapping[str, FloatArray]) -> None:
+    """Raise VehicleError where the DOFs or the shapes of ``ARRAYS`` are those of no vehicle."""
+    unknown = [axis for axis in dof if axis not in DOF]
+    if unknown or len(set(dof)) != len(dof) or not dof:
+        raise VehicleError(f"{name}: dof {list(dof)} must be distinct names out of {list(DOF)}", "dof")
+    T = arrays["T"]
+    if T.ndim != 2 or T.shape[0] != len(dof) or T.shape[1] == 0:
+        raise VehicleError(f"{name}: T has shape {T.shape}; give {len(dof)} rows, one a DOF", "T")
+    k, n = T.shape
+    shapes = {"H": (n, n), "f_min": (n,), "f_max": (n,), "readiness": (n,), "slack_weights": (k,)}
+    for key, shape in shapes.items():
+        if arrays[key].shape != shape:
+            raise VehicleError(
+                f"{name}: {key} has shape {arrays[key].shape}; {n} thrusters and {k} DOF need {shape}", key
+            )
+
+
+def check_values(name: str, names: Sequence[str], arrays: Mapping[str, FloatArray]) -> None:
+    """Raise VehicleError where limits, weights or readiness contradict themselves."""
+    T, H, f_min, f_max, readiness, slack_weights = (arrays[key] for key in ARRAYS)
+    if np.abs(T).max() < SMALLEST:
+        raise VehicleError(f"{name}: T is all zeros; no thruster pushes any controlled DOF", "T")
+    wrong = np.flatnonzero(f_min > f_max)
+    if wrong.size:
+        i = int(wrong[0])
+        named = f" of {names[i]}" if names and names[i] else ""
+        raise VehicleError(
+            f"{name}: f_min[{i}] = {f_min[i]:g} exceeds f_max[{i}] = {f_max[i]:g}{named}", "f_min"
+        )
+    if max(np.abs(f_min).max(), np.abs(f_max).max()) < SMALLEST:
+        raise VehicleError(
+            f"{name}: f_min and f_max are all 0; give what the thrusters can push [N]", "f_max"
+        )
+    sizes = np.linalg.eigvalsh(H)
+    # Asymmetry is relative to sqrt(H_ii H_jj), the bound of |H_ij|, so that rounding in H passes.
+    diagonal = np.sqrt(np.abs(np.diag(H)))
+    lopsided = (np.abs(H - H.T) > 1e-12 * np.outer(diagonal, diagonal)).any()
+    if lopsided or sizes.min() <= SINGULAR * sizes.max():
+        raise VehicleError(f"{name}: H (or weights) must be symmetric positive definite (eq. 4)", "H")
+    if ((readiness < 0) | (readiness > 1)).any():
+        raise VehicleError(f"{name}: readiness must lie between 0 (off) and 1 (ready)")
+    if not readiness.any():
+        raise VehicleError(f"{name}: every thruster is off; at least one must work")
+    if (slack_weights <= 0).any():
+        raise VehicleError(f"{name}: slack_weights must be positive", "slack_weights")
+
+
+def check_parts(
+    name: str, n: int, slew: Slew | None, by_volts: VoltageTable | None, esc: Sequence[Esc]
+) -> None:
+    """Raise VehicleError where slew rates, limits by voltage or ESCs are not those of n thrusters."""
+    if slew is not None:
+        check_slew(slew, n)
+    if by_volts is not None:
+        check_table(by_volts, n)
+    if esc and len(esc) != n:
+        raise VehicleError(f"{name}: {len(esc)} ESCs for {n} thrusters", "esc")
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,7 +284,7 @@ class Vehicle:
         curve has several voltages and nothing says which.
         """
         low, high = self.f_min if f_min is None else f_min, self.f_max if f_max is None else f_max
-        return wire.commands(self.name, self.esc, f, volts, low, high)
+        return esc_commands(self.name, self.esc, f, volts, low, high)
 
     def esc_limits(
         self,
@@ -226,14 +302,14 @@ class Vehicle:
         volts, f_min, f_max : as of ``commands``, and raises as it does
         """
         low, high = self.f_min if f_min is None else f_min, self.f_max if f_max is None else f_max
-        return wire.limits(self.name, self.esc, volts, low, high)
+        return esc_limits(self.name, self.esc, volts, low, high)
 
     def thrusts(self, commands: ArrayLike, volts: ArrayLike | None = None) -> FloatArray:
         """Thrusts (n,) or (N, n) [N] that commands of that shape make: the way back of ``commands``.
 
         Commands beyond the range make what its end makes, NaN makes NaN. Raises as ``commands``.
         """
-        return wire.thrusts(self.name, self.esc, commands, volts)
+        return esc_thrusts(self.name, self.esc, commands, volts)
 
     def with_fault(self, thruster: int | str, readiness: float = 0.0) -> "Vehicle":
         """This vehicle with one thruster off, or weakened: p_ii = ``readiness`` (eq. 2).

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from alloc import Vehicle
-    from alloc.vehicle.poses import Mounting
+    from alloc.vehicle.file import Mounting
 
 TITLE = "drawn by thrustbench check"
 """Title of its pictures, by which a picture of its own is told from any other file."""
@@ -60,9 +60,7 @@ def command(vehicle: str, as_json: bool, probe: bool, picture: Path | None, no_p
 
 def _read(file: Path) -> "tuple[Vehicle, Mounting]":
     """The vehicle of a file that has no error in T or limits, and where its thrusters stand."""
-    from alloc.vehicle.file import matrices, vehicle_with
-    from alloc.vehicle.poses import poses
-    from alloc.vehicle.read import read_document
+    from alloc.vehicle.file import matrices, poses, read_document, vehicle_with
 
     keys = read_document(file).keys
     T, _ = matrices(keys)

@@ -15,8 +15,7 @@ def command(vehicle: str, format_: str, output: Path | None) -> None:
     """Write a vehicle as a CSV of T or as ROS 2 parameters."""
     from alloc.errors import UnknownName
     from alloc.files.textfile import write_text
-    from alloc.vehicle.file import build_vehicle
-    from alloc.vehicle.read import find_file, read_document
+    from alloc.vehicle.file import build_vehicle, find_file, read_document
     from bench.inputs.formats import formats, left_out, writable
 
     if format_ not in writable():

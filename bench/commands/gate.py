@@ -66,7 +66,7 @@ def command(
     from alloc import catalogue, list_vehicles
     from alloc.errors import UnknownName
     from alloc.files.textfile import write_text
-    from alloc.vehicle.read import find_file
+    from alloc.vehicle.file import find_file
     from bench.gate import render, trees
     from bench.gate.cells import DEFAULT_CELLS, METHODS, VEHICLES, among
     from bench.gate.record import GateSettings

@@ -48,7 +48,7 @@ def command(
     CSV: rows of T.
     """
     from alloc.files.textfile import write_text
-    from alloc.vehicle.text import to_yaml
+    from alloc.vehicle.keys import to_yaml
     from bench.inputs.imported import ImportOptions, import_vehicle
 
     not_over(output, file)

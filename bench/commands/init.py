@@ -21,8 +21,7 @@ def command(name: str, like: str) -> None:
     """
     from alloc.errors import FileError
     from alloc.files.textfile import write_text
-    from alloc.vehicle.file import build_vehicle
-    from alloc.vehicle.read import find_file, read_document
+    from alloc.vehicle.file import build_vehicle, find_file, read_document
     from bench.inputs import starter
 
     name = starter.checked_name(name.removesuffix(".yaml"))

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from alloc import Vehicle
 from alloc.allocation import FloatArray
-from alloc.vehicle.checks import ARRAYS
 from alloc.vehicle.esc import Esc
 from alloc.vehicle.limits import Slew, VoltageTable
+from alloc.vehicle.model import ARRAYS
 from bench.demands import DemandSet
 
 ESC = tuple(field.name for field in fields(Esc))

@@ -8,7 +8,7 @@ import numpy as np
 
 from alloc import Vehicle
 from alloc.errors import UnknownName
-from alloc.vehicle.checks import ARRAYS
+from alloc.vehicle.model import ARRAYS
 from bench.demands import labelled
 from bench.demands.store import Case
 from bench.gate.answers import calls, state

@@ -13,10 +13,9 @@ from alloc.errors import VehicleError, unknown
 from alloc.files.keys import convert
 from alloc.files.textfile import read_text
 from alloc.files.yaml_tree import YamlTree
-from alloc.vehicle.columns import refusals
 from alloc.vehicle.file import build_vehicle, called, matrices, reaction_torques, suspects
 from alloc.vehicle.frame import described
-from alloc.vehicle.geometry import DOF, contradictions
+from alloc.vehicle.geometry import DOF, contradictions, refusals
 from alloc.vehicle.keys import VehicleFile
 from alloc.vehicle.names import unmistakable
 from bench.inputs.draft import Draft

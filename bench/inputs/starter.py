@@ -9,12 +9,10 @@ import numpy as np
 from alloc import Vehicle, alpha_max
 from alloc.allocation import FloatArray
 from alloc.errors import VehicleError
-from alloc.vehicle.file import matrices, reaction_torques
+from alloc.vehicle.file import matrices, poses, reaction_torques
 from alloc.vehicle.frame import TURN
 from alloc.vehicle.geometry import DOF, pose_matrix
-from alloc.vehicle.keys import Thruster, VehicleFile
-from alloc.vehicle.poses import poses
-from alloc.vehicle.text import to_yaml
+from alloc.vehicle.keys import Thruster, VehicleFile, to_yaml
 from bench.inputs.csv_text import csv_text
 from bench.inputs.frames import frame_comment
 

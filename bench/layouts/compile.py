@@ -10,11 +10,9 @@ import numpy as np
 from alloc import AllocError, Vehicle, list_vehicles
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError, FileError, UnknownName, VehicleError, unknown
-from alloc.vehicle.file import matrices, vehicle_with
+from alloc.vehicle.file import Mounting, find_file, matrices, poses, read_document, vehicle_with
 from alloc.vehicle.geometry import DOF, pose_matrix
 from alloc.vehicle.keys import VehicleFile
-from alloc.vehicle.poses import Mounting, poses
-from alloc.vehicle.read import find_file, read_document
 from bench.demands import DemandSet, build_demands
 from bench.inputs.columns import parse_columns
 from bench.inputs.logs import LogOptions

@@ -8,9 +8,8 @@ import numpy as np
 from alloc.allocation import FloatArray
 from alloc.files.textfile import write_text
 from alloc.vehicle.frame import described
-from alloc.vehicle.keys import Thruster, VehicleFile
+from alloc.vehicle.keys import Thruster, VehicleFile, to_yaml
 from alloc.vehicle.names import unmistakable
-from alloc.vehicle.text import to_yaml
 from bench.inputs.demand_csv import format_demands
 from bench.layouts.authority import MOST_THRUSTERS
 from bench.layouts.measure import Columns

@@ -16,8 +16,8 @@ from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.lint.probe import SMALL, Probe
 from alloc.vehicle.esc import Esc
+from alloc.vehicle.file import Mounting
 from alloc.vehicle.frame import TURN, described
-from alloc.vehicle.poses import Mounting
 from bench.report.pictures.labels import label_points
 from bench.report.pictures.style import BLUE, FAINT, GREY, INK, PAPER, VERMILION, lacking_letters
 

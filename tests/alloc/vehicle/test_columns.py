@@ -11,12 +11,9 @@ from hypothesis import strategies as st
 from alloc import list_vehicles, load_vehicle
 from alloc.errors import VehicleError
 from alloc.lint.check import check_vehicle
-from alloc.vehicle.columns import alike, along_thrust, possible, refusals
-from alloc.vehicle.file import called, matrices, suspects
+from alloc.vehicle.file import called, find_file, matrices, poses, read_document, suspects
 from alloc.vehicle.frame import turned
-from alloc.vehicle.geometry import DOF, pose_matrix
-from alloc.vehicle.poses import poses
-from alloc.vehicle.read import find_file, read_document
+from alloc.vehicle.geometry import DOF, alike, along_thrust, pose_matrix, possible, refusals
 
 TIBURON = Path(__file__).parent / "data" / "tiburon.yaml"
 """The matrix of a vehicle that has swum, with its authors' doubt about the signs of T6 to T8."""

@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 
 from alloc import Vehicle, load_vehicle
 from alloc.errors import AllocError, DemandError, FileError, VehicleError
-from alloc.vehicle.curve import GRAVITY, monotone, read_curve, shipped_curves
 from alloc.vehicle.esc import Esc, Made
-from alloc.vehicle.esc_file import escs, table_of
+from alloc.vehicle.esc_file import GRAVITY, escs, monotone, read_curve, shipped_curves, table_of
 from alloc.vehicle.keys import EscKeys
 
 HEAVY = "bluerov2-heavy"

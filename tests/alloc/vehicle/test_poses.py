@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from alloc import list_vehicles
-from alloc.vehicle.file import matrices, suspects
+from alloc.vehicle.file import find_file, matrices, poses, read_document, suspects
 from alloc.vehicle.geometry import DOF, pose_matrix
-from alloc.vehicle.poses import poses
-from alloc.vehicle.read import find_file, read_document
 from tests.places import DOCS
 
 FILES = [find_file(name) for name in list_vehicles()] + [DOCS / "vehicles" / "box8.yaml"]

@@ -8,8 +8,7 @@ import pytest
 from alloc import list_vehicles, load_vehicle
 from alloc.errors import VehicleError
 from alloc.vehicle.geometry import DOF
-from alloc.vehicle.keys import VehicleFile
-from alloc.vehicle.text import to_yaml
+from alloc.vehicle.keys import VehicleFile, to_yaml
 from tests.readers import written
 from tests.vehicle_files import GOOD, refusal
 

@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from alloc import AllocError, build, load_vehicle
-from alloc.vehicle.read import find_file
+from alloc.vehicle.file import find_file
 from bench.__main__ import cli
 from tests import plugin_files
 from tests.plugin_files import write_plugin

@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from alloc.errors import DemandError
-from alloc.vehicle.read import find_file
+from alloc.vehicle.file import find_file
 from bench.__main__ import cli
 
 

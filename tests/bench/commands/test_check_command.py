@@ -15,10 +15,8 @@ from matplotlib.transforms import Bbox
 
 from alloc import load_vehicle
 from alloc.lint.probe import probes
-from alloc.vehicle.file import matrices, vehicle_with
+from alloc.vehicle.file import Mounting, find_file, matrices, poses, read_document, vehicle_with
 from alloc.vehicle.frame import TURN
-from alloc.vehicle.poses import Mounting, poses
-from alloc.vehicle.read import find_file, read_document
 from bench.__main__ import cli
 from bench.report.pictures.sketch import LONG_ARROW, sheet, sketch
 from bench.report.pictures.style import SETTINGS

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 
 from alloc import AllocError, load_vehicle
 from alloc.c import compiled, missing
-from alloc.vehicle.read import find_file
+from alloc.vehicle.file import find_file
 from bench.commands.codegen import command
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "-")

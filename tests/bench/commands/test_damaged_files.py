@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 
 from alloc import list_vehicles, load_vehicle
-from alloc.vehicle.read import find_file
+from alloc.vehicle.file import find_file
 from bench.__main__ import main
 from bench.chips.board.files import write
 from bench.chips.board.project import plan

@@ -8,9 +8,8 @@ import pytest
 from click.testing import CliRunner
 
 from alloc import AllocError, list_vehicles, load_vehicle
-from alloc.vehicle.file import build_vehicle, suspects
-from alloc.vehicle.read import find_file, read_document
-from alloc.vehicle.text import to_yaml
+from alloc.vehicle.file import build_vehicle, find_file, read_document, suspects
+from alloc.vehicle.keys import to_yaml
 from bench.__main__ import cli
 from bench.inputs.formats import formats, left_out
 from tests.foreign_vehicles import LIMITS, imported, vehicle_of

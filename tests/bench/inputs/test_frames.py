@@ -13,10 +13,10 @@ from click.testing import CliRunner, Result
 from alloc import load_vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
+from alloc.vehicle.file import find_file, read_document
 from alloc.vehicle.frame import turned
 from alloc.vehicle.geometry import DOF
-from alloc.vehicle.read import find_file, read_document
-from alloc.vehicle.text import to_yaml
+from alloc.vehicle.keys import to_yaml
 from bench.__main__ import cli
 from bench.demands import build_demands
 from bench.inputs.demand_csv import format_demands

@@ -10,7 +10,7 @@ import pytest
 
 from alloc import AllocError, load_vehicle
 from alloc.errors import FileError, VehicleError
-from alloc.vehicle.text import to_yaml
+from alloc.vehicle.keys import to_yaml
 from bench.inputs.formats import csv, writable
 from bench.inputs.imported import ImportOptions
 from tests.foreign_vehicles import LIMITS, imported, vehicle_of

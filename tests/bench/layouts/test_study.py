@@ -8,8 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from alloc import AllocError
-from alloc.vehicle.file import build_vehicle
-from alloc.vehicle.read import find_file, read_document
+from alloc.vehicle.file import build_vehicle, find_file, read_document
 from bench.commands.layouts import command
 from bench.fleet import cluster
 from bench.layouts.measure import measure
