@@ -17,12 +17,7 @@ from bench.report.terminal import missed
 from bench.results.rows import Run, read_run
 from tests import made_up
 
-KINDS = {
-    "cost": (cost, MOST),
-    "pareto": (pareto, MOST),
-    "period": (period, MOST),
-    "tails": (tails, MOST_CURVES),
-}
+KINDS = {draw.__name__: (draw, MOST) for draw in (cost, pareto, period)} | {"tails": (tails, MOST_CURVES)}
 
 
 def asked(name: str, us: float, demands: str = "active", loss: float = 0.1, **judged: float) -> Cell:
