@@ -50,7 +50,7 @@ def command(
     from bench.chips.board.files import write
     from bench.chips.board.project import plan
     from bench.chips.study import CLASSES
-    from bench.results.text import counted, cut
+    from bench.results.text import cut_note, plural
 
     scalar: Literal["double", "float"] = "float" if single else "double"
     asked = load_vehicle(vehicle)
@@ -61,11 +61,11 @@ def command(
         for line in demands_of.said:
             echo(line)
         if demands_of.left_out:
-            echo(cut(demands_of.name, len(demands_of.taus), demands_of.left_out))
+            echo(cut_note(demands_of.name, len(demands_of.taus), demands_of.left_out))
     for reason in project.left_out:
         echo(f"left out: {reason}")
     sets = len(project.sets) + len(project.thrusts)
-    said = f"{counted(len(project.kernels), 'method')}, {counted(sets, 'demand set')}"
+    said = f"{plural(len(project.kernels), 'method')}, {plural(sets, 'demand set')}"
     echo(f"{out}: {said}; `make` builds it")
     return 0
 

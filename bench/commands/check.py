@@ -100,12 +100,12 @@ def _pictures(
 def _saved(figure: "Figure", target: Path, named: bool, said: str) -> str:
     """Save a figure, and say so; raises FileError where a file that the user named can't be written."""
     from alloc.errors import FileError
-    from bench.report.pictures.style import lacking_letters, save
+    from bench.report.pictures.style import ignore_missing_letters, save
 
     try:
         if not named and target.exists() and TITLE.encode() not in target.read_bytes():
             return f"{target}: is another file, so nothing is drawn; --picture names a place"
-        with lacking_letters():
+        with ignore_missing_letters():
             match target.suffix.lower():
                 case ".png":
                     figure.savefig(target, dpi=150)

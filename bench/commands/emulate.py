@@ -64,7 +64,7 @@ def command(
     from bench.chips.target import target
     from bench.chips.target import targets as every
     from bench.report import render
-    from bench.results.emulated import why_none
+    from bench.results.emulated import refusal_reason
 
     for name in targets:
         target(name)  # raises for one that is not known
@@ -101,6 +101,6 @@ def command(
         own = [row for row in rows if row.target == name]
         if own and all(row.status == "missing" for row in own):
             raise NotInstalled(f"nothing was counted on {name}: {own[0].reason}")
-    if reason := why_none(rows):
+    if reason := refusal_reason(rows):
         raise NotApplicable(f"nothing was counted: {reason}")
     return 0 if good else 1

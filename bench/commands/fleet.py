@@ -31,7 +31,7 @@ def command(ctx: click.Context, scheduler: str, out: Path, limit: float, options
     from bench.report import render
     from bench.report.terminal import KEPT, objections, tell
     from bench.results.rows import read_run
-    from bench.results.text import counted
+    from bench.results.text import plural
 
     _check(ctx, options)
     parcel = pack(options)
@@ -40,7 +40,7 @@ def command(ctx: click.Context, scheduler: str, out: Path, limit: float, options
         wait_for_workers(client)
         fleet = hosts(client)
         console.print(
-            f"{counted(len(fleet), 'host')}: {', '.join(host.host for host in fleet)}", highlight=False
+            f"{plural(len(fleet), 'host')}: {', '.join(host.host for host in fleet)}", highlight=False
         )
         with console.status("") as status:
             back = list(run_fleet(client, fleet, parcel, limit, status.update))

@@ -22,7 +22,7 @@ from bench.gate.side import Died, Refused
 from bench.judging.faults import faults, measured, stacked
 from bench.judging.judge import judge
 from bench.judging.question import Question, checked_promises
-from bench.results.text import counted
+from bench.results.text import plural
 
 SECONDS = 2.0
 """Longest time that one cell takes to answer one kind of demands [s]; a slow method is asked fewer."""
@@ -114,7 +114,7 @@ def _given(raw: Mapping[str, Any], promises: dict[str, Any], vehicle: Vehicle, *
     if raw["shared"]:
         at_odds = "an answer has another's memory: yesterday's changes when today's is made"
     for lot in raw["together"]:
-        of = counted(lot["length"], "demand")
+        of = plural(lot["length"], "demand")
         if lot["other"] is not None:
             at_odds = f"many() of {of} gives demand {lot['other']} another status than a call of its own"
         elif own and lot["apart"] > apart_allowed(promises, vehicle):
@@ -217,7 +217,7 @@ def differ(question: Question, base: SideAnswers, head: SideAnswers, *, doubted:
                 return f"status {_name(a.status)} → {_name(b.status)} for demand {i}"
             alike[i] = False
         elif len(b.share) < len(a.share):
-            return f"{counted(len(a.share), 'share')} → {len(b.share) or 'none'} for demand {i}"
+            return f"{plural(len(a.share), 'share')} → {len(b.share) or 'none'} for demand {i}"
         elif not (mended[i] or a.share == b.share[: len(a.share)] or _alike(a.share, b.share)):
             return f"shares {_shown(a.share)} → {_shown(b.share)} for demand {i}"
     thrusts = (stacked([answer.f for answer in side.answers], vehicle.n)[0] for side in (base, head))

@@ -7,7 +7,7 @@ import msgspec
 
 from bench.gate.record import GateRecord
 from bench.gate.verdict import Standing, Verdict
-from bench.results.text import counted, plain, table, with_code
+from bench.results.text import plain, plural, table, with_code
 
 SIGNS = {0: "✅", 1: "❌", 3: "❔"}
 
@@ -37,7 +37,7 @@ def markdown(record: GateRecord, verdict: Verdict, *, folded: bool = True) -> st
         lines += [f"**{title}**", "", _times(rows)] if rows else []
     lines += [f"- {with_code(note)}" for note in notes(record)] + [""] if notes(record) else []
     if verdict.rows:
-        lines += details(f"All: {counted(len(verdict.rows), 'cell')}", _times(verdict.rows))
+        lines += details(f"All: {plural(len(verdict.rows), 'cell')}", _times(verdict.rows))
     if record.commits:
         lines += details("Commits", "\n".join(f"- {plain(commit)}" for commit in record.commits) + "\n")
     where = f" on {record.machine['cpu']}" if "cpu" in record.machine else ""
@@ -94,4 +94,4 @@ def _times(rows: Sequence[Standing]) -> str:
 
 def _commits(record: GateRecord) -> str:
     n = len(record.commits)
-    return f"{counted(n, 'commit')} between them" if n else "two trees"
+    return f"{plural(n, 'commit')} between them" if n else "two trees"

@@ -22,7 +22,7 @@ from bench.gate.trees import BASE, HEAD, BadTree, Source
 from bench.gate.verdict import Outcome, has_moved, in_both, is_suspect, row, trips, verdict
 from bench.harness import machine
 from bench.harness.callgrind import CALLGRIND, totals
-from bench.results.text import counted
+from bench.results.text import plural
 
 PADDING = 4096
 """Most bytes of environment that are added: they move the stack through one page, as another shell would."""
@@ -233,10 +233,10 @@ def compare(
         return  # cells are gone or wrong, or none can be compared: times can't change the verdict
     try:
         if count:
-            tell(f"instructions: {counted(len(cells), 'cell')}, both sides at once")
+            tell(f"instructions: {plural(len(cells), 'cell')}, both sides at once")
             with _stage(record, "instructions"):
                 _instructions(record, cells, both, demands)
-        tell(f"time: {record.settings.pairs} pairs of processes, {counted(len(cells), 'cell')}")
+        tell(f"time: {record.settings.pairs} pairs of processes, {plural(len(cells), 'cell')}")
         with _stage(record, "time"):
             _time(record, cells, both, demands, deadline, tell)
     except Died as reason:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from bench.gate.record import GateCell, GateRecord, GateSettings
 from bench.results.quantiles import CONFIDENCE
-from bench.results.text import counted
+from bench.results.text import plural
 
 Blocks = Sequence[tuple[int, int]]
 
@@ -162,7 +162,7 @@ def verdict(record: GateRecord) -> Verdict:
         return ended(outcome=Outcome.INCONCLUSIVE, summary=summary)
     if slower:
         return ended(outcome=Outcome.REGRESSION, summary="regression: slower")
-    summary = f"pass: {counted(len(rows), 'cell')}, none slower than its threshold"
+    summary = f"pass: {plural(len(rows), 'cell')}, none slower than its threshold"
     return ended(outcome=Outcome.PASS, summary=summary)
 
 

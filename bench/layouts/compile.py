@@ -20,7 +20,7 @@ from bench.layouts.authority import volumes
 from bench.layouts.space import LayoutSpace, Moving, Parameter, Setting, reflections, turns
 from bench.layouts.spaces import layout_of, spaces
 from bench.layouts.study import Span, StudyDocument, Values, VariedGroup
-from bench.results.text import cut
+from bench.results.text import cut_note
 
 LEFT_OUT = ("slack_weights", "slew", "volts", "esc", "priority", "groups")
 
@@ -199,7 +199,7 @@ def _said(demands: DemandSet) -> tuple[str, ...]:
             " layouts keep to f_min, f_max"
         )
     if demands.left_out:
-        lines.append(_as_keys(cut(demands.name, len(demands.taus), demands.left_out)))
+        lines.append(_as_keys(cut_note(demands.name, len(demands.taus), demands.left_out)))
     return tuple(lines)
 
 

@@ -7,7 +7,7 @@ from bench.report import together
 from bench.report.html import html
 from bench.report.page import details, page
 from bench.report.pictures import draw_all
-from bench.results.emulated import rows
+from bench.results.emulated import emulated_rows
 from bench.results.machines import NamedRun, read_machines
 from bench.results.text import write_csv
 
@@ -40,7 +40,7 @@ def render(*directories: Path, out: Path | None = None) -> Path:
 def _tables(machines: Sequence[NamedRun], directory: Path) -> None:
     import pandas as pd
 
-    emulated = [row.cells for machine in machines for row in rows(machine.run.record.emulated)]
+    emulated = [row.cells for machine in machines for row in emulated_rows(machine.run.record.emulated)]
     timed = [machine.run for machine in machines if machine.run.rows]
     if timed or not emulated:
         tables = [run.table for run in timed or [machine.run for machine in machines]]

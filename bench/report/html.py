@@ -17,17 +17,17 @@ from alloc.vehicle.frame import described
 from bench.record import Capability
 from bench.report.document import INSTRUMENT, PICKS, prose, style
 from bench.report.pictures.style import FAMILIES
-from bench.report.readme import served
-from bench.report.verdict import loop_of, sure
+from bench.report.readme import served_text
+from bench.report.verdict import opening_loop, trust_note
 from bench.results.columns import Row
-from bench.results.emulated import KernelCost, assumed, find_kernels, refusal_of
-from bench.results.emulated import rows as emulated_rows
+from bench.results.emulated import KernelCost, assumed_cpi, find_kernels, formulation_refusal
+from bench.results.emulated import emulated_rows as emulated_rows
 from bench.results.machines import NamedRun, emulated_name
-from bench.results.quantiles import Histogram, interval, merged, most, most_of_all
+from bench.results.quantiles import Histogram, interval, largest, largest_if_known, merge
 from bench.results.ranking import largest_loss, largest_miss
-from bench.results.rows import in_order
+from bench.results.rows import sort_sets
 from bench.results.size import CLOSE, Fit
-from bench.results.sizing import Pool, of_methods, pools
+from bench.results.sizing import Pool, pools, rows_by_method
 
 
 def data(machines: Sequence[NamedRun]) -> dict[str, Any]:
@@ -41,9 +41,9 @@ def data(machines: Sequence[NamedRun]) -> dict[str, Any]:
     return {
         "close": CLOSE,
         "fits": [str(fit) for fit in Fit],
-        "rate_hz": loop_of(*(m.run for m in machines)).rate_hz,
+        "rate_hz": opening_loop(*(m.run for m in machines)).rate_hz,
         "times": times,
-        "sets": in_order(sets),
+        "sets": sort_sets(sets),
         # What is not installed has none.
         "formulations": {name: titles[name] for name in sorted(titles) if name},
         "machines": found,
@@ -57,12 +57,12 @@ def _machine(machine: NamedRun, place: dict[float, int]) -> list[dict[str, Any]]
     run = machine.run
     found: list[dict[str, Any]] = []
     if run.by_vehicle:
-        methods = of_methods(run)
+        methods = rows_by_method(run)
         of_all = pools(run, (own for rows in methods for own in (rows, *([row] for row in rows))))
         found.append(
             {
                 "name": machine.name,
-                "sure": f"was {sure(run)}",
+                "sure": f"was {trust_note(run)}",
                 "methods": [_method(machine, rows, of_all, place) for rows in methods],
                 "curves": {
                     vehicle: _curves(capability)
@@ -72,7 +72,7 @@ def _machine(machine: NamedRun, place: dict[float, int]) -> list[dict[str, Any]]
             }
         )
     kernels = find_kernels(emulated_rows(run.record.emulated))
-    known = assumed(run.record.processors)
+    known = assumed_cpi(run.record.processors)
     for target in dict.fromkeys(kernel.target for kernel in kernels if kernel.target in known):
         cpi = known[target]
         found.append(
@@ -106,13 +106,13 @@ def _method(
         "unlimited": first.unlimited,
         "steps": first.worst_case_steps,
         "freedom": problem.nullity if problem else None,
-        "iterations": most(row.iterations_max for row in rows),
-        "memory_MB": most_of_all([row.peak_rss_MB for row in rows]),
-        "allocator_kB": _shown(most(row.allocator_bytes for row in rows), 1e-3),
-        "setup_us": _shown(most(row.setup_us for row in rows)),
-        "distance": _shown(most(row.distance_relative for row in rows)),
-        "promise": _shown(most(row.tolerance for row in rows)),
-        "served": served(machine.run, first.vehicle, first) if first.call_p50_us is not None else "",
+        "iterations": largest(row.iterations_max for row in rows),
+        "memory_MB": largest_if_known([row.peak_rss_MB for row in rows]),
+        "allocator_kB": _shown(largest(row.allocator_bytes for row in rows), 1e-3),
+        "setup_us": _shown(largest(row.setup_us for row in rows)),
+        "distance": _shown(largest(row.distance_relative for row in rows)),
+        "promise": _shown(largest(row.tolerance for row in rows)),
+        "served": served_text(machine.run, first.vehicle, first) if first.call_p50_us is not None else "",
         "pools": [{"demands": "", **_pool(next(pools), rows), "lost": _shown(largest_miss(rows))}]
         + [
             {
@@ -141,14 +141,14 @@ def _pool(pool: Pool, rows: Sequence[Row]) -> dict[str, Any]:
         "refusal": seen.refusal,
         "picky": seen.picky,
         "moving": seen.moving,
-        "lost": _shown(most(largest_loss(row) for row in rows)),
+        "lost": _shown(largest(largest_loss(row) for row in rows)),
         "p50": seen.p50_us,
         "cpu": seen.cpu_us,
         "p999": seen.p999_us,
         "max": seen.max_us,
         "calls": seen.calls,
         "p50_range": [slowest.call_p50_low_us, slowest.call_p50_high_us],
-        "p999_range": _interval(merged(row.measured.singles for row in rows)),
+        "p999_range": _interval(merge(row.measured.singles for row in rows)),
         "verdicts": pool.verdicts(),
         "bounds": bounds,
     }
@@ -166,7 +166,7 @@ def _kernel(kernel: KernelCost) -> dict[str, Any]:
         "title": find_formulation(kernel.formulation).title,
         "unlimited": not find_formulation(kernel.formulation).limited,
         "exact": kernel.optimal,
-        "refusal": refusal_of(kernel.formulation),
+        "refusal": formulation_refusal(kernel.formulation),
         "instructions": kernel.instructions,
         "cpi": None if kernel.cycles is None else [cycles / kernel.instructions for cycles in kernel.cycles],
         "wrong": "" if kernel.agrees else "not all answers are right",

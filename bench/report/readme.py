@@ -7,7 +7,7 @@ from alloc.allocation import WRENCH_TOLERANCE
 from alloc.formulations import EXACT_METHODS
 from bench.record import Capability, RecordError
 from bench.results.columns import Row
-from bench.results.ranking import best, exact, largest_loss, representatives, worth_considering
+from bench.results.ranking import best_rows, is_exact, largest_loss, representatives, shortlist
 from bench.results.rows import Run
 from bench.results.text import percent, table, three
 
@@ -26,9 +26,9 @@ def result_table(run: Run) -> str:
     shown = [name for name in VEHICLES if name in run.vehicles] or run.vehicles[:2]
     if not shown:
         raise RecordError("this run holds no times of any vehicle, so no result table; give one that does")
-    by_vehicle = {name: best(run, name, run.sets(name)[0]) for name in shown}
+    by_vehicle = {name: best_rows(run, name, run.sets(name)[0]) for name in shown}
     medians = {name: {row.method: row for row in rows} for name, rows in by_vehicle.items()}
-    rows = worth_considering(by_vehicle[shown[-1]])[:MOST]
+    rows = shortlist(by_vehicle[shown[-1]])[:MOST]
     ways = {row.label: way for way, row in representatives(by_vehicle[shown[-1]]).items()}
     lines = [
         [
@@ -36,8 +36,8 @@ def result_table(run: Run) -> str:
             ways.get(row.label, row.family),
             *(_median(medians[name].get(row.method)) for name in shown),
             three(run.tail_us(row, 0.999)),
-            lost(row),
-            served(run, shown[-1], row),
+            loss_text(row),
+            served_text(run, shown[-1], row),
         ]
         for row in rows
     ]
@@ -52,13 +52,13 @@ def result_table(run: Run) -> str:
     return _caption(run, shown) + "\n" + table(headers, lines)
 
 
-def lost(row: Row | None) -> str:
+def loss_text(row: Row | None) -> str:
     """The largest share of a demand's wrench that a row loses; 0 where each is met."""
     worst = None if row is None else largest_loss(row)
     return "0" if worst is not None and worst < WRENCH_TOLERANCE else percent(worst)
 
 
-def served(run: Run, vehicle: str, row: Row) -> str:
+def served_text(run: Run, vehicle: str, row: Row) -> str:
     """``served_share`` in per cent; empty where it is not known."""
     return percent(served_share(run, vehicle, row))
 
@@ -74,7 +74,7 @@ def served_share(run: Run, vehicle: str, row: Row) -> float | None:
     capability = run.capability(vehicle)
     served = [s for s in capability.served if s.fault is None] if capability else []
     shares = {s.method: s.within_1pct / s.n_demands for s in served}
-    as_exact = EXACT_METHODS[:1] * (exact(row) and not row.described.plugin)
+    as_exact = EXACT_METHODS[:1] * (is_exact(row) and not row.described.plugin)
     names = [*as_exact, row.described.twin, row.method]
     on_uniform = [other for other in run.of(vehicle, "uniform") if other.label == row.label]
     known = [*(shares[name] for name in names if name in shares), *(r.within_1pct_share for r in on_uniform)]
@@ -113,7 +113,7 @@ def _median(row: Row | None) -> str:
     return three(row.call_p50_us) if row else ""
 
 
-def not_counted(capability: Capability) -> list[str]:
+def uncounted_methods(capability: Capability) -> list[str]:
     """A line for each method whose share of the vehicle could not be had, with the reason."""
     where = f"on {capability.vehicle}, what it serves is not counted"
     return [f"{u.method} {where}: {u.status} {u.reason.rstrip('.')}" for u in capability.unserved]

@@ -9,20 +9,20 @@ from itertools import groupby
 from alloc.errors import UnknownName
 from alloc.formulations import find_formulation
 from bench.record import BoardFacts, Emulated, Processor
-from bench.report.verdict import rate_of, sure, verdicts, whose_rate
+from bench.report.verdict import rate_note, rate_of, trust_note, verdicts
 from bench.results.emulated import (
     PUBLISHED,
     Band,
     Cpi,
     KernelCost,
-    assumed,
+    assumed_cpi,
     bands,
-    by_name,
+    emulated_rows,
     find_kernels,
-    rows,
-    why_none,
+    latest_processors,
+    refusal_reason,
 )
-from bench.results.machines import NamedRun, apart, on_all
+from bench.results.machines import NamedRun, list_differences, sizes_on_all
 from bench.results.rows import Run
 from bench.results.size import Fit, Loop, Size, best_of_each
 from bench.results.sizing import Transfer
@@ -58,13 +58,13 @@ def page(
     several = len(sized) > 1
     where = " on every machine that has it" if several else ""
     chosen = list if every else best_of_each
-    together = chosen(on_all(sized) if several else list(next(iter(sized.values()))))
+    together = chosen(sizes_on_all(sized) if several else list(next(iter(sized.values()))))
     runs = [machine.run for machine in machines]
-    whose = whose_rate(*runs) if loop.rate_hz == rate_of(*runs) else []
+    whose = rate_note(*runs) if loop.rate_hz == rate_of(*runs) else []
     parts = ["\n".join([*verdicts(together, loop, where), *whose]) + "\n"]
-    parts += [f"{machine.name} was {sure(machine.run)}\n" for machine in machines]
+    parts += [f"{machine.name} was {trust_note(machine.run)}\n" for machine in machines]
     if len(machines) > 1:
-        parts.append("\n".join(["What else differs than the machine:", *apart(machines)]) + "\n")
+        parts.append("\n".join(["What else differs than the machine:", *list_differences(machines)]) + "\n")
     if transfer:
         parts.append(
             f"ESTIMATE for {transfer.machine}: nothing was run there. By its canaries a call takes"
@@ -163,9 +163,11 @@ def counts_page(
         )
     if clock_MHz is None:
         return "This record holds instructions of emulated processors; give --clock MHZ to size with them.\n"
-    known = assumed(run.record.processors)
-    counted = [row for row in rows(run.record.emulated) if not vehicles or row.emulated.vehicle in vehicles]
-    if reason := why_none([row.emulated for row in counted]):
+    known = assumed_cpi(run.record.processors)
+    counted = [
+        row for row in emulated_rows(run.record.emulated) if not vehicles or row.emulated.vehicle in vehicles
+    ]
+    if reason := refusal_reason([row.emulated for row in counted]):
         return f"Nothing was counted on emulated processors: {reason}.\n"
     shown = bands(counted, clock_MHz * 1e6, loop, known, given)
     bounded = any(band.kernel.at_most is not None for band in shown)
@@ -232,14 +234,14 @@ def board_page(run: Run, loop: Loop, board: str, vehicles: Collection[str] = ())
     processor, facts = known[board]
     kernels = [
         kernel
-        for kernel in find_kernels(rows(run.record.emulated), board)
+        for kernel in find_kernels(emulated_rows(run.record.emulated), board)
         if (kernel.target, kernel.cycles is None) == (processor.name, False)
         if kernel.scalar in processor.scalars and (not vehicles or kernel.vehicle in vehicles)
     ]
     if not kernels:
         own = [row for row in run.record.emulated if not vehicles or row.vehicle in vehicles]
         who = ", ".join(vehicles) or "this record"
-        raise UnknownName(f"{who} has no cycles of {board}; {why_none(own) or COUNT}")
+        raise UnknownName(f"{who} has no cycles of {board}; {refusal_reason(own) or COUNT}")
     order = list(vehicles) or sorted({kernel.vehicle for kernel in kernels})
     kernels.sort(key=lambda kernel: (order.index(kernel.vehicle), kernel.cycles))
     return (
@@ -255,7 +257,7 @@ def board_page(run: Run, loop: Loop, board: str, vehicles: Collection[str] = ())
 
 def known_boards(run: Run) -> dict[str, tuple[Processor, BoardFacts]]:
     """The boards that a record has cycles for, by name, each with its processor."""
-    processors = by_name(run.record.processors)
+    processors = latest_processors(run.record.processors)
     return {board.name: (processor, board) for processor in processors for board in processor.boards}
 
 

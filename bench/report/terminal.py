@@ -15,14 +15,14 @@ from alloc.files.visible import visible
 from alloc.formulations import Family
 from bench.record import FARTHER
 from bench.record.schema import machine_name
-from bench.report.readme import not_counted, served_share
+from bench.report.readme import served_share, uncounted_methods
 from bench.report.sections.flights import sequence_table, sequences, title
-from bench.report.verdict import cut_logs, loop_of, sure, verdicts, whose_rate
+from bench.report.verdict import cut_log_notes, opening_loop, rate_note, trust_note, verdicts
 from bench.results.columns import Row
-from bench.results.quantiles import most
+from bench.results.quantiles import largest
 from bench.results.ranking import largest_miss
-from bench.results.rows import Run, in_order, read_run
-from bench.results.size import best_of_each, of_all_vehicles
+from bench.results.rows import Run, read_run, sort_sets
+from bench.results.size import best_of_each, rank_labels
 from bench.results.sizing import sizes
 from bench.results.text import number_range, three
 
@@ -70,12 +70,12 @@ def show(directory: Path, console: Console) -> bool:
     """
     say = partial(tell, console)
     run = read_run(directory)
-    loop = loop_of(run)
+    loop = opening_loop(run)
     sized = sizes(run, loop)
     first = [size for size in best_of_each(sized) if size.vehicle in run.vehicles]
-    for line in [*verdicts(first, loop), *whose_rate(run), ""]:
+    for line in [*verdicts(first, loop), *rate_note(run), ""]:
         say(line)
-    usefulness = {label: i for i, label in enumerate(of_all_vehicles(sized))}
+    usefulness = {label: i for i, label in enumerate(rank_labels(sized))}
     absent = {row.method: row.reason for row in run.rows if row.status == "missing"}
     rows = sorted(
         (row for row in run.rows if row.method not in absent),
@@ -92,16 +92,16 @@ def show(directory: Path, console: Console) -> bool:
     console.print(table)
     console.width = width
     if run.vehicles:
-        say(f"{machine_name(run.record.header.machine)} was {sure(run)}")
+        say(f"{machine_name(run.record.header.machine)} was {trust_note(run)}")
     for problem in sequences(run):
         if problem.moving:
             say(f"{title(problem)}\n")
             say(sequence_table(run, problem))
-    for line in cut_logs(run):
+    for line in cut_log_notes(run):
         say(line)
     if absent:
         say(f"not installed: {', '.join(absent)}; `thrustbench list` says how to get them")
-    for line in (said for capability in run.record.capabilities for said in not_counted(capability)):
+    for line in (said for capability in run.record.capabilities for said in uncounted_methods(capability)):
         say(line)
     plugins = {method.name for method in run.record.methods if method.plugin}
     for row in rows:
@@ -124,8 +124,8 @@ def _method(run: Run, rows: list[Row]) -> tuple[str, ...]:
     return (
         number_range((row.call_p50_us for row in rows), "…"),
         three(_worst_p99(run, rows)),
-        _least([100 * share for share in served(run, rows)]),
-        missed(rows),
+        _least([100 * share for share in served_shares(run, rows)]),
+        miss_text(rows),
         _verdict(rows),
     )
 
@@ -134,7 +134,7 @@ def _worst_p99(run: Run, rows: list[Row]) -> float | None:
     """The largest p99 of all vehicles [us]; None where one has too few calls, or none that the median has."""
     timed = {row.vehicle: row for row in rows if not row.failed}
     tails = [run.tail_us(row, 0.99) for row in timed.values()]
-    return None if None in tails else most(tails)
+    return None if None in tails else largest(tails)
 
 
 def _verdict(rows: list[Row]) -> str:
@@ -148,10 +148,10 @@ def _verdict(rows: list[Row]) -> str:
     return ", ".join([agreement, *(f"{count} {status}" for status, count in failures.items())])
 
 
-def served(run: Run, rows: list[Row]) -> list[float]:
+def served_shares(run: Run, rows: list[Row]) -> list[float]:
     """``served_share`` of a method on each vehicle where it is known, by its first set of tables."""
     shares: dict[str, float] = {}
-    for demands in in_order({row.demands for row in rows}):
+    for demands in sort_sets({row.demands for row in rows}):
         for row in rows:
             known = row.demands == demands and not row.failed
             if known and (share := served_share(run, row.vehicle, row)) is not None:
@@ -159,7 +159,7 @@ def served(run: Run, rows: list[Row]) -> list[float]:
     return list(shares.values())
 
 
-def missed(rows: list[Row]) -> str:
+def miss_text(rows: list[Row]) -> str:
     """The largest share of an attainable wrench that is not delivered, in per cent; empty where not known.
 
     That is also where a method failed on some of a vehicle's demands and was measured on others.

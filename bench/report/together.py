@@ -5,25 +5,25 @@ from itertools import groupby
 
 from bench.record.schema import machine_name
 from bench.report.page import MORE
-from bench.report.sections.worth import left_out
-from bench.report.verdict import loop_of, sure, verdicts, whose_rate
+from bench.report.sections.worth import omission_note
+from bench.report.verdict import opening_loop, rate_note, trust_note, verdicts
 from bench.results.columns import Row
-from bench.results.emulated import IN_WORDS, shown_scalar
-from bench.results.emulated import rows as emulated_rows
+from bench.results.emulated import IN_WORDS, table_scalar
+from bench.results.emulated import emulated_rows as emulated_rows
 from bench.results.machines import (
     NamedRun,
-    apart,
-    incomparable,
-    measured_in_part,
+    comparison_obstacle,
+    count_partial_methods,
+    list_differences,
     medians,
-    on_all,
-    swapped,
+    order_changes,
+    sizes_on_all,
 )
-from bench.results.ranking import best, own_without_time, worth_considering
-from bench.results.rows import FORM, Run, in_order
+from bench.results.ranking import best_rows, shortlist, unmeasured_plugins
+from bench.results.rows import FORM, Run, sort_sets
 from bench.results.size import Size, best_of_each
 from bench.results.sizing import sizes
-from bench.results.text import counted, plain, table, three
+from bench.results.text import plain, plural, table, three
 
 MOST = 10
 """Most pairs of methods in a sentence."""
@@ -36,11 +36,11 @@ def page(machines: Sequence[NamedRun]) -> str:
     Which sets and methods have a row is what it is in the report of one run, on any of the machines.
     """
     timed = [machine for machine in machines if machine.run.vehicles]
-    loop = loop_of(*(machine.run for machine in timed))
+    loop = opening_loop(*(machine.run for machine in timed))
     sized = {machine.name: sizes(machine.run, loop) for machine in timed}
-    whole = [s for s in best_of_each(on_all(sized)) if s.vehicle in _vehicles(timed)]
+    whole = [s for s in best_of_each(sizes_on_all(sized)) if s.vehicle in _vehicles(timed)]
     first = {size.vehicle: size.method for size in reversed(whole)}
-    parts = [TITLE, *_opening(timed, whole, measured_in_part(sized)), _comparable(timed)]
+    parts = [TITLE, *_opening(timed, whole, count_partial_methods(sized)), _comparable(timed)]
     for vehicle, demands in _asked(timed, Run.leading):
         parts += _medians(timed, vehicle, demands, _worth(timed, vehicle, demands, first.get(vehicle, "")))
     return "\n".join(part for part in [*parts, _counted(machines), MORE] if part)
@@ -59,21 +59,21 @@ def _opening(timed: Sequence[NamedRun], whole: Sequence[Size], in_part: Mapping[
         return []
     runs = [machine.run for machine in timed]
     where = " on every machine that has it" if len(timed) > 1 else ""
-    lines = verdicts(whole, loop_of(*runs), where)
+    lines = verdicts(whole, opening_loop(*runs), where)
     lines += [
-        f"{vehicle}: {counted(in_part[vehicle], 'method')} without a verdict, not measured on every machine."
+        f"{vehicle}: {plural(in_part[vehicle], 'method')} without a verdict, not measured on every machine."
         for vehicle in _vehicles(timed)
         if in_part.get(vehicle)
     ]
-    said = "\n".join(f"- {plain(sentence)}" for sentence in [*lines, *whose_rate(*runs)]) + "\n"
-    trust = "\n".join(f"- {plain(machine.name)} was {plain(sure(machine.run))}" for machine in timed)
+    said = "\n".join(f"- {plain(sentence)}" for sentence in [*lines, *rate_note(*runs)]) + "\n"
+    trust = "\n".join(f"- {plain(machine.name)} was {plain(trust_note(machine.run))}" for machine in timed)
     return [said, f"How sure:\n\n{trust}\n"]
 
 
 def _comparable(timed: Sequence[NamedRun]) -> str:
     if len(timed) < 2:
         return ""
-    lines = "\n".join(f"- {plain(line)}" for line in apart(timed))
+    lines = "\n".join(f"- {plain(line)}" for line in list_differences(timed))
     return f"What else differs than the machine, and so is part of each ratio:\n\n{lines}\n"
 
 
@@ -85,7 +85,7 @@ def _asked(timed: Sequence[NamedRun], sets: Callable[[Run, str], list[str]]) -> 
     """Each vehicle with each demand set that ``sets`` names of it on any of the machines, in their order."""
     for vehicle in _vehicles(timed):
         runs = [machine.run for machine in timed if vehicle in machine.run.vehicles]
-        for demands in in_order({name for run in runs for name in sets(run, vehicle)}):
+        for demands in sort_sets({name for run in runs for name in sets(run, vehicle)}):
             yield vehicle, demands
 
 
@@ -93,8 +93,8 @@ def _worth(timed: Sequence[NamedRun], vehicle: str, demands: str, taken: str) ->
     """Labels of the methods that have a row in the report of one of the runs, or that is to be ``taken``."""
     rows: list[Row] = []
     for machine in timed:
-        rows += worth_considering(best(machine.run, vehicle, demands), taken)
-        rows += own_without_time(machine.run, vehicle, demands)
+        rows += shortlist(best_rows(machine.run, vehicle, demands), taken)
+        rows += unmeasured_plugins(machine.run, vehicle, demands)
     return {row.label for row in rows}
 
 
@@ -108,7 +108,7 @@ def _medians(
     having = [machine for machine in timed if vehicle in machine.run.vehicles]
     here = [machine for machine in having if machine.run.of(vehicle, demands)]
     by_label = medians(here, vehicle, demands)
-    why = {m.name: incomparable(here[0].run, m.run, vehicle, demands) for m in here[1:]}
+    why = {m.name: comparison_obstacle(here[0].run, m.run, vehicle, demands) for m in here[1:]}
     ordered = sorted(by_label.items(), key=lambda item: min(_times(item[1]), default=float("inf")))
     kept = {label: rows for label, rows in ordered if shown is None or label in shown}
     lines = []
@@ -124,12 +124,12 @@ def _medians(
     for machine in here[1:]:
         headers += [f"{machine.name} [µs]", f"over {here[0].name}"]
     parts = [f"## {plain(vehicle)}, medians on {plain(demands)} demands\n", table(headers, lines)]
-    parts += left_out(len(by_label) - len(kept))
+    parts += omission_note(len(by_label) - len(kept))
     absent = [plain(machine.name) for machine in having if machine not in here]
     parts += [f"Not asked on {', '.join(absent)}.\n"] if absent else []
     parts += [f"{plain(f'No ratio for {name}: {reason}.')}\n" for name, reason in why.items() if reason]
     for i, machine in enumerate(here[1:], start=1):
-        if pairs := [] if why[machine.name] else swapped(kept, 0, i):
+        if pairs := [] if why[machine.name] else order_changes(kept, 0, i):
             said = "; ".join(f"{a} before {b}" for a, b in pairs[:MOST])
             more = f"; and {len(pairs) - MOST} pairs more" if len(pairs) > MOST else ""
             order = f"In another order on {here[0].name} than on {machine.name}: {said}{more}."
@@ -140,7 +140,7 @@ def _medians(
 def _counted(machines: Sequence[NamedRun]) -> str:
     """Instructions of the most costly call, by emulated processor: no times, so in a table of their own."""
     every = [row for machine in machines for row in emulated_rows(machine.run.record.emulated)]
-    scalar = shown_scalar(every)
+    scalar = table_scalar(every)
     counted = [row for row in every if row.worst is not None and row.emulated.scalar == scalar]
     if not counted:
         return ""

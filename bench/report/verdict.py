@@ -8,8 +8,8 @@ from bench.record import NO_VEHICLE
 from bench.results.emulated import IN_WORDS
 from bench.results.rows import Run
 from bench.results.size import Fit, Loop, Size, best_of_each
-from bench.results.sizing import pauses, sizes
-from bench.results.text import cut, percent, three
+from bench.results.sizing import find_pauses, sizes
+from bench.results.text import cut_note, percent, three
 
 USUAL = Loop(rate_hz=100.0, budget=0.1)
 """The loop that reports open with: an autopilot's usual rate, a tenth of its period for allocation."""
@@ -19,7 +19,7 @@ NOISY_SHARE = 0.1
 """Share of disturbed rows above which a machine is called noisy."""
 
 
-def loop_of(*runs: Run) -> Loop:
+def opening_loop(*runs: Run) -> Loop:
     """The loop that a report opens with: at the rate of the log that a user brought, else ``USUAL``."""
     rate_hz = rate_of(*runs)
     return USUAL if rate_hz is None else Loop(rate_hz, USUAL.budget)
@@ -30,7 +30,7 @@ def rate_of(*runs: Run) -> float | None:
     return max((rate for *_, rate in _rates(runs)), default=None)
 
 
-def whose_rate(*runs: Run) -> list[str]:
+def rate_note(*runs: Run) -> list[str]:
     """A sentence on the log whose rate is taken, where others have another; else none."""
     rates, taken = _rates(runs), rate_of(*runs)
     fastest = [f"{log} of {vehicle}" for log, vehicle, rate in rates if rate == taken]
@@ -74,15 +74,15 @@ def verdict(own: Sequence[Size], loop: Loop) -> str:
         )
         return f"nothing here fits {percent(loop.limit_share)} of the period; {why}."
     if first.refused >= 1:
-        return f"nothing to take: {spoken(first)} refuses {first.refusal}."
+        return f"nothing to take: {spoken_name(first)} refuses {first.refusal}."
     share = _small((first.p50_us or 0.0) / loop.period_us)
-    text = f"take {spoken(first)}; {_worth(first, own)}; {share} of the period"
+    text = f"take {spoken_name(first)}; {_worth(first, own)}; {share} of the period"
     if first.fit == Fit.WITHOUT_TAIL:
         text += f", its tail not shown to fit ({first.reason})"
     if first.fit == Fit.MAY_FIT:
         text += f", which may fit ({first.reason})"
     if refusing := _refusing(first, own):
-        text += f"; {spoken(refusing)} refuses {refusing.refusal}"
+        text += f"; {spoken_name(refusing)} refuses {refusing.refusal}"
     if first.freedom == 0:
         text += "; no thruster to spare, so no freedom to gain from: a wrench can be made in one way"
     other = _other(first, own)
@@ -108,13 +108,13 @@ def _refusing(first: Size, own: Sequence[Size]) -> Size | None:
     return picky[0] if picky and all(size.refused > first.refused for size in picky) else None
 
 
-def spoken(size: Size) -> str:
+def spoken_name(size: Size) -> str:
     """A method as one says its name: generated C by its twin's."""
     call = " with --limits call" if size.moving else ""  # of codegen: the limits of each call are arguments
     return f"{size.twin} as generated C{call}" if size.twin else size.label
 
 
-def sure(run: Run) -> str:
+def trust_note(run: Run) -> str:
     """How far the machine lets one trust that: how much of the run it disturbed, and how long it paused."""
     measured = [row for row in run.rows if not row.failed and row.vehicle != NO_VEHICLE]
     busy = [row for row in measured if row.measured.disturbances]
@@ -134,22 +134,22 @@ def sure(run: Run) -> str:
             text += f"; its log is not whole: left out are {lost[0]}{more}"
     if causes:
         text += f" ({', '.join(what for what, _ in causes.most_common())})"
-    seen = pauses(run)
+    seen = find_pauses(run)
     if seen.excess:
         longest = three(seen.excess[-1][0] / 1000)
         text += f"; fixed work paused for up to {longest} µs, so slowest calls within that are the machine's"
     return f"{text}."
 
 
-def cut_logs(run: Run, write: Callable[[str], str] = str) -> list[str]:
+def cut_log_notes(run: Run, write: Callable[[str], str] = str) -> list[str]:
     """A sentence for each log that was not asked whole; ``write`` makes a name harmless where it stands."""
     logs = (p for p in run.record.problems if p.left_out)
-    return sorted({cut(write(p.demands), p.n_demands, p.left_out) for p in logs})
+    return sorted({cut_note(write(p.demands), p.n_demands, p.left_out) for p in logs})
 
 
-def usual(run: Run) -> list[str]:
-    """The verdicts at ``loop_of`` a run on its vehicles, but for those after a failure and of a study."""
-    loop = loop_of(run)
+def usual_verdicts(run: Run) -> list[str]:
+    """Verdicts at the run's ``opening_loop`` on its vehicles, without degraded ones and a study's."""
+    loop = opening_loop(run)
     sized = [size for size in best_of_each(sizes(run, loop)) if size.vehicle in run.vehicles]
     return verdicts(sized, loop)
 
@@ -157,7 +157,7 @@ def usual(run: Run) -> list[str]:
 def _why_not_exact(own: Sequence[Size]) -> str:
     refusing = [size for size in own if size.exact and size.refused and size.fit <= Fit.MAY_FIT]
     if refusing:
-        return f"{spoken(refusing[0])}, which is, does not answer all"
+        return f"{spoken_name(refusing[0])}, which is, does not answer all"
     late = [size for size in own if size.exact and size.fit == Fit.DOES_NOT_FIT]
     return f"{late[0].label}, which is, takes too long" if late else "no exact method was measured"
 
@@ -171,7 +171,7 @@ def _other(first: Size, own: Sequence[Size]) -> str:
         if (size.fit, size.exact, size.tenths, size.refused > 0) == rank and size.method != first.twin
         if first.refusal or not size.refusal
     ]
-    return next((spoken(size) for size in (*filter(lambda s: s.solver, alike), *alike)), "")
+    return next((spoken_name(size) for size in (*filter(lambda s: s.solver, alike), *alike)), "")
 
 
 def _small(share: float) -> str:

@@ -17,7 +17,18 @@ from alloc.formulations import find_formulation
 from alloc.vehicle.geometry import DOF, MOMENTS
 from bench.record import FARTHER, Cell, Judged, Method
 from bench.record.schema import machine_name
-from bench.results.quantiles import Repeats, calls, end_ns, merged, middle, most, quantile, tail_ns, total, us
+from bench.results.quantiles import (
+    Repeats,
+    calls,
+    end_ns,
+    largest,
+    median_or_none,
+    merge,
+    microseconds,
+    quantile,
+    tail_ns,
+    total,
+)
 from bench.results.text import table
 
 
@@ -58,7 +69,7 @@ def worst_axis(judged: Judged, moments: bool) -> float | None:
     """Largest |delivered - tau| on any force axis [N], or on any moment axis [N m]."""
     suffix = "max_Nm" if moments else "max_N"
     axes = [axis for axis in DOF if (axis in MOMENTS) == moments]
-    return most(judged.loss.get(f"wrench_error_{axis}_{suffix}") for axis in axes)
+    return largest(judged.loss.get(f"wrench_error_{axis}_{suffix}") for axis in axes)
 
 
 @dataclass(frozen=True)
@@ -162,37 +173,37 @@ class Row:
     def setup_us(self) -> float | None:
         """Median time to prepare the method for the vehicle."""
         times = [ns for cell in self.measured.cells for ns in cell.setup_ns]
-        return us(median(times) if times else None)
+        return microseconds(median(times) if times else None)
 
     @cached_property
     def call_p50_us(self) -> float | None:
         """Time of one call: median over batches, then over repeats."""
-        return us(middle(self.measured.centre(lambda cell: cell.batches)))
+        return microseconds(median_or_none(self.measured.centre(lambda cell: cell.batches)))
 
     @cached_property
     def call_p99_us(self) -> float | None:
         """Time that 99 % of single calls did not exceed; empty below 1,000 calls, or below the median."""
-        return us(tail_ns(self.measured, 0.99))
+        return microseconds(tail_ns(self.measured, 0.99))
 
     @cached_property
     def call_p999_us(self) -> float | None:
         """Time that 99.9 % of single calls did not exceed; empty below 10,000 calls, or below the median."""
-        return us(tail_ns(self.measured, 0.999))
+        return microseconds(tail_ns(self.measured, 0.999))
 
     @cached_property
     def call_max_us(self) -> float | None:
         """The slowest single call seen: method, interpreter and machine together."""
-        return us(self.measured.singles[-1][0] if self.measured.singles else None)
+        return microseconds(self.measured.singles[-1][0] if self.measured.singles else None)
 
     @cached_property
     def solver_p50_us(self) -> float | None:
         """Median of the time that the solver itself reports; empty where it reports none."""
-        return us(quantile(merged(cell.solver_singles for cell in self.measured.cells), 0.5))
+        return microseconds(quantile(merge(cell.solver_singles for cell in self.measured.cells), 0.5))
 
     @cached_property
     def iterations_max(self) -> int | None:
         """Most iterations that any demand took, by the solver's own count."""
-        return most(cell.iterations_max for cell in self.measured.cells)
+        return largest(cell.iterations_max for cell in self.measured.cells)
 
     @cached_property
     def solved_fraction(self) -> float | None:
@@ -202,7 +213,7 @@ class Row:
 
     wrench_error_max = Worst(
         "Largest |T P f - tau| of any axis and demand, in N or N m as the axis has it.",
-        lambda j: most(j.wrench_error_max),
+        lambda j: largest(j.wrench_error_max),
     )
     limit_violation_max_N = Worst(
         "Largest excess of any thrust over its limit.", lambda j: j.limit_violation_max_N
@@ -220,7 +231,7 @@ class Row:
     @cached_property
     def peak_rss_MB(self) -> float | None:
         """Peak resident memory of the worker process (1 MB = 1e6 bytes), largest over repeats."""
-        peak = most(worker.peak_rss_bytes for worker in self.measured.workers)
+        peak = largest(worker.peak_rss_bytes for worker in self.measured.workers)
         return None if peak is None else peak / 1e6
 
     @cached_property
@@ -261,32 +272,32 @@ class Row:
     @cached_property
     def call_p50_low_us(self) -> float | None:
         """Lowest ``call_p50_us`` of a single repeat."""
-        return us(min(self.measured.centre(lambda cell: cell.batches), default=None))
+        return microseconds(min(self.measured.centre(lambda cell: cell.batches), default=None))
 
     @cached_property
     def call_p50_high_us(self) -> float | None:
         """Highest ``call_p50_us`` of a single repeat."""
-        return us(max(self.measured.centre(lambda cell: cell.batches), default=None))
+        return microseconds(max(self.measured.centre(lambda cell: cell.batches), default=None))
 
     @cached_property
     def call_p99_low_us(self) -> float | None:
         """Lower end of the 95 % interval of ``call_p99_us``, as if calls were independent."""
-        return us(end_ns(self.measured, 0.99, 0))
+        return microseconds(end_ns(self.measured, 0.99, 0))
 
     @cached_property
     def call_p99_high_us(self) -> float | None:
         """Upper end of the 95 % interval of ``call_p99_us``, as if calls were independent."""
-        return us(end_ns(self.measured, 0.99, 1))
+        return microseconds(end_ns(self.measured, 0.99, 1))
 
     @cached_property
     def call_p999_low_us(self) -> float | None:
         """Lower end of the 95 % interval of ``call_p999_us``, as if calls were independent."""
-        return us(end_ns(self.measured, 0.999, 0))
+        return microseconds(end_ns(self.measured, 0.999, 0))
 
     @cached_property
     def call_p999_high_us(self) -> float | None:
         """Upper end of the 95 % interval of ``call_p999_us``, as if calls were independent."""
-        return us(end_ns(self.measured, 0.999, 1))
+        return microseconds(end_ns(self.measured, 0.999, 1))
 
     @cached_property
     def n_single_calls(self) -> int:
@@ -296,22 +307,22 @@ class Row:
     @cached_property
     def call_cpu_p50_us(self) -> float | None:
         """Like ``call_p50_us``, on the clock of the thread's own CPU time."""
-        return us(middle(self.measured.centre(lambda cell: cell.batches, "cpu_ns")))
+        return microseconds(median_or_none(self.measured.centre(lambda cell: cell.batches, "cpu_ns")))
 
     @cached_property
     def binding_p50_us(self) -> float | None:
         """Time of the solver's own Python binding inside the call: median over batches, then repeats."""
-        return us(middle(self.measured.centre(lambda cell: cell.binding_batches)))
+        return microseconds(median_or_none(self.measured.centre(lambda cell: cell.binding_batches)))
 
     @cached_property
     def worst_case_steps(self) -> int | None:
         """Proven bound on elementary steps of one call; empty where a method has none."""
-        return most(cell.worst_case_steps for cell in self.measured.cells)
+        return largest(cell.worst_case_steps for cell in self.measured.cells)
 
     @cached_property
     def allocator_bytes(self) -> int | None:
         """Bytes that the prepared allocator holds."""
-        return most(cell.allocator_bytes for cell in self.measured.cells)
+        return largest(cell.allocator_bytes for cell in self.measured.cells)
 
     wrench_error_relative = Worst(
         "Largest wrench error over the size of a wrench on its axis (row of T times the largest limit).",

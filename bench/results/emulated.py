@@ -11,7 +11,7 @@ from alloc import catalogue
 from alloc.formulations import find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
 from bench.record import Emulated, Processor
-from bench.results.size import Fit, Loop, Size, ordered
+from bench.results.size import Fit, Loop, Size, rank_sizes
 from bench.results.sizing import refuses
 from bench.results.text import three
 
@@ -100,13 +100,13 @@ class EmulatedRow:
         }
 
 
-def by_name(processors: Iterable[Processor]) -> list[Processor]:
+def latest_processors(processors: Iterable[Processor]) -> list[Processor]:
     """Processors by name; where two have the same name, the later one counts."""
     latest = {one.name: one for one in processors}
     return [latest[name] for name in sorted(latest)]
 
 
-def rows(emulated: Iterable[Emulated]) -> list[EmulatedRow]:
+def emulated_rows(emulated: Iterable[Emulated]) -> list[EmulatedRow]:
     """Rows in the order of their names; where two have the same names, the later one counts."""
     latest = {(r.vehicle, r.method, r.scalar, r.limits, r.faults, r.demands, r.target): r for r in emulated}
     return [EmulatedRow(latest[key], latest.get((*key[:-1], REFERENCE))) for key in sorted(latest)]
@@ -130,14 +130,14 @@ def _ratio(value: float | None, reference: float | None) -> float | None:
 IN_WORDS = {"double": "double precision", "float": "single precision"}
 
 
-def shown_scalar(counted: Sequence[EmulatedRow]) -> str:
+def table_scalar(counted: Sequence[EmulatedRow]) -> str:
     """The scalar that a table with one number a kernel shows: double, where anything was counted so."""
     scalars = {row.emulated.scalar for row in counted if row.worst is not None}
     scalars = scalars or {row.emulated.scalar for row in counted}
     return "float" if scalars == {"float"} else "double"
 
 
-def why_none(emulated: Sequence[Emulated]) -> str:
+def refusal_reason(emulated: Sequence[Emulated]) -> str:
     """Reason why nothing was counted of these rows; empty where something was, or there are none."""
     reasons = [row.reason for row in emulated if row.target != REFERENCE]
     return reasons[0] if reasons and all(row.status == "refused" for row in emulated) else ""
@@ -166,12 +166,12 @@ PUBLISHED = "by published timings at zero wait states (docs/counting.md)"
 """Basis of a band whose cycles come out of the record."""
 
 
-def assumed(processors: Iterable[Processor]) -> Mapping[str, Cpi]:
+def assumed_cpi(processors: Iterable[Processor]) -> Mapping[str, Cpi]:
     """Cycles an instruction that a record assumes, by processor; a processor without has no band."""
     return {one.name: Cpi(one.cpi[0], one.cpi[1], one.basis) for one in processors if len(one.cpi) == 2}
 
 
-def share(instructions: float, clock_hz: float, rate_hz: float, cpi: Cpi) -> tuple[float, float]:
+def period_share(instructions: float, clock_hz: float, rate_hz: float, cpi: Cpi) -> tuple[float, float]:
     """Least and most share of the control period 1 / ``rate_hz`` that a call takes at a clock [-]."""
     return instructions * cpi.low / clock_hz * rate_hz, instructions * cpi.high / clock_hz * rate_hz
 
@@ -316,7 +316,7 @@ def bands(
 ) -> list[Band]:
     """A band for each kernel and processor that has an assumption on cycles, the one to take first.
 
-    ``assumed`` holds the assumptions by target, before which published timings go; ``given`` goes before
+    ``assumed_cpi`` holds the assumptions by target, before which published timings go; ``given`` goes before
     both. As in ``sizing.sizes`` what may fit comes before what does not, right answers before others, the
     optimum within limits before what knows none, and then the cheaper one.
     """
@@ -336,16 +336,16 @@ def _cycles(rows: Sequence[EmulatedRow], board: str) -> tuple[int, int] | None:
     return max(low for low, _ in known), max(high for _, high in known)
 
 
-def as_sizes(bands: Sequence[Band], loop: Loop) -> list[Size]:
+def band_sizes(bands: Sequence[Band], loop: Loop) -> list[Size]:
     """The bands of one processor as sizes, to stand beside those of machines that were timed.
 
     In place of a median there is the upper end of the band.
     """
-    return ordered([_size(band, loop) for band in bands])
+    return rank_sizes([_size(band, loop) for band in bands])
 
 
 def _band(kernel: KernelCost, clock_hz: float, loop: Loop, cpi: Cpi) -> Band:
-    low, high = share(kernel.instructions, clock_hz, loop.rate_hz, cpi)
+    low, high = period_share(kernel.instructions, clock_hz, loop.rate_hz, cpi)
     limit = loop.limit_share
     fit = Fit.FITS if high <= limit else Fit.MAY_FIT if low <= limit else Fit.DOES_NOT_FIT
     if kernel.missed and fit != Fit.DOES_NOT_FIT:
@@ -369,14 +369,14 @@ def _size(band: Band, loop: Loop) -> Size:
         fit=band.fit if kernel.agrees else Fit.UNKNOWN,
         reason=reason if kernel.agrees else "not all answers are right",
         exact=kernel.optimal and kernel.agrees,
-        refusal=refusal_of(kernel.formulation),
+        refusal=formulation_refusal(kernel.formulation),
         p50_us=band.high * loop.period_us,
         cpu_us=band.high * loop.period_us,
         rate_hz=loop.highest_rate_hz(band.high * loop.period_us),
     )
 
 
-def refusal_of(formulation: str) -> str:
+def formulation_refusal(formulation: str) -> str:
     """Demands that methods of a formulation refuse, by what it promises; empty for none."""
     return "what can't be met" if refuses(formulation) else ""
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from bench.results.columns import Row
-from bench.results.ranking import exact
+from bench.results.ranking import is_exact
 from bench.results.rows import Run
 
 STUDY = "growth"
@@ -80,7 +80,7 @@ def pays_up_to(family: list[Series]) -> tuple[int | None, list[int]]:
     without: list[int] = []
     ahead = True
     for n in sizes:
-        times = [(s.times_us().get(n), s.solver) for s in family if n in s.rows and exact(s.rows[n])]
+        times = [(s.times_us().get(n), s.solver) for s in family if n in s.rows and is_exact(s.rows[n])]
         closed = min((us for us, solver in times if us and not solver), default=None)
         by_solver = min((us for us, solver in times if us and solver), default=None)
         without = [*without, n] if closed is None else []

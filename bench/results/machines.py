@@ -10,10 +10,10 @@ from typing import Any
 from bench.record import Problem, RecordError
 from bench.record.schema import machine_name
 from bench.results.columns import Row
-from bench.results.emulated import Cpi, as_sizes, assumed, bands, rows
-from bench.results.ranking import best, own_without_time
+from bench.results.emulated import Cpi, assumed_cpi, band_sizes, bands, emulated_rows
+from bench.results.ranking import best_rows, unmeasured_plugins
 from bench.results.rows import Run, read_run
-from bench.results.size import Loop, Size, ordered, worst
+from bench.results.size import Loop, Size, rank_sizes, worst_size
 from bench.results.sizing import sizes
 
 SAME = 1e-6
@@ -99,16 +99,16 @@ def _alike(one: Sequence[float], two: Sequence[float]) -> bool:
     )
 
 
-def apart(machines: Sequence[NamedRun]) -> list[str]:
+def list_differences(machines: Sequence[NamedRun]) -> list[str]:
     """In what runs differ from the first besides their machines, a sentence each."""
     first, *others = machines
     return [
-        f"{first.name} and {other.name}: {'; '.join(differences(first.run, other.run)) or 'nothing'}."
+        f"{first.name} and {other.name}: {'; '.join(find_differences(first.run, other.run)) or 'nothing'}."
         for other in others
     ]
 
 
-def differences(a: Run, b: Run) -> list[str]:
+def find_differences(a: Run, b: Run) -> list[str]:
     """In what two runs differ besides their machines, in words: a ratio of their times holds that too."""
     one, two = a.record.header, b.record.header
     said = _apart({"seed": one.seed, "commit": one.commit}, {"seed": two.seed, "commit": two.commit})
@@ -133,7 +133,7 @@ def _apart(one: Mapping[str, Any], two: Mapping[str, Any], lacking: str = "unkno
     return [f"{key} {ours} and {theirs}" for key, ours, theirs in both if ours != theirs]
 
 
-def incomparable(a: Run, b: Run, vehicle: str, demands: str) -> str:
+def comparison_obstacle(a: Run, b: Run, vehicle: str, demands: str) -> str:
     """Reason why two runs were not asked alike on this vehicle's demand set; empty where they were."""
     ours, theirs = (run.asked.get((vehicle, demands)) for run in (a, b))
     if ours is None or theirs is None:
@@ -152,8 +152,8 @@ def medians(machines: Sequence[NamedRun], vehicle: str, demands: str) -> dict[st
 
     A row without a time is there for the user's own methods alone.
     """
-    shown = [row.label for m in machines for row in best(m.run, vehicle, demands)]
-    shown += [row.label for m in machines for row in own_without_time(m.run, vehicle, demands)]
+    shown = [row.label for m in machines for row in best_rows(m.run, vehicle, demands)]
+    shown += [row.label for m in machines for row in unmeasured_plugins(m.run, vehicle, demands)]
     measured = [
         {row.label: row for row in m.run.of(vehicle, demands) if not row.failed or row.described.plugin}
         for m in machines
@@ -161,7 +161,7 @@ def medians(machines: Sequence[NamedRun], vehicle: str, demands: str) -> dict[st
     return {label: [by_label.get(label) for by_label in measured] for label in dict.fromkeys(shown)}
 
 
-def swapped(by_label: Mapping[str, Sequence[Row | None]], i: int, j: int) -> list[tuple[str, str]]:
+def order_changes(by_label: Mapping[str, Sequence[Row | None]], i: int, j: int) -> list[tuple[str, str]]:
     """Pairs of methods of which the first is faster on machine ``i``, and the second on machine ``j``.
 
     Faster is a method whose slowest repeat beats the other's fastest one; what is less is noise.
@@ -193,10 +193,12 @@ def sizes_of(
     sized = {m.name: sizes(m.run, loop) for m in machines if m.run.by_vehicle}
     for machine in machines if clock_hz else ():
         record = machine.run.record
-        of_all = bands(rows(record.emulated), clock_hz or 0.0, loop, assumed(record.processors), given)
+        of_all = bands(
+            emulated_rows(record.emulated), clock_hz or 0.0, loop, assumed_cpi(record.processors), given
+        )
         for target in dict.fromkeys(band.kernel.target for band in of_all):
             own = [band for band in of_all if band.kernel.target == target]
-            sized[emulated_name(target)] = as_sizes(own, loop)
+            sized[emulated_name(target)] = band_sizes(own, loop)
     return sized
 
 
@@ -205,7 +207,7 @@ def emulated_name(target: str) -> str:
     return f"{target} (emulated)"
 
 
-def on_all(sized: Mapping[str, Sequence[Size]]) -> list[Size]:
+def sizes_on_all(sized: Mapping[str, Sequence[Size]]) -> list[Size]:
     """Methods on every machine that has the vehicle: for each the worst of its sizes, best first.
 
     ``sized`` holds the sizes by machine. A method that some machine has not measured is left out.
@@ -219,13 +221,13 @@ def on_all(sized: Mapping[str, Sequence[Size]]) -> list[Size]:
         for vehicle, _ in by_name
     }
     whole = [there for (vehicle, _), there in by_name.items() if there.keys() == asked[vehicle]]
-    return ordered([worst(there) for there in whole])
+    return rank_sizes([worst_size(there) for there in whole])
 
 
-def measured_in_part(sized: Mapping[str, Sequence[Size]]) -> dict[str, int]:
-    """How many methods ``on_all`` leaves out, by vehicle: not every machine that has it measured them."""
+def count_partial_methods(sized: Mapping[str, Sequence[Size]]) -> dict[str, int]:
+    """Number of methods by vehicle that ``sizes_on_all`` leaves out: some machine did not measure them."""
     known = {(size.vehicle, size.method) for own in sized.values() for size in own}
-    return Counter(vehicle for vehicle, _ in known - {(s.vehicle, s.method) for s in on_all(sized)})
+    return Counter(vehicle for vehicle, _ in known - {(s.vehicle, s.method) for s in sizes_on_all(sized)})
 
 
 def _before(one: tuple[float | None, float | None], other: tuple[float | None, float | None]) -> bool:

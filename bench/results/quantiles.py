@@ -53,7 +53,7 @@ class Tally:
         return self._from[bisect_right(self.counted, limit_us, key=lambda each: beyond_us + each[0] / 1000)]
 
 
-def merged(counted: Iterable[Sequence[tuple[Time, int]]]) -> list[tuple[Time, int]]:
+def merge(counted: Iterable[Sequence[tuple[Time, int]]]) -> list[tuple[Time, int]]:
     """Several multisets of times as one."""
     times: dict[Time, int] = {}
     for ns, count in chain.from_iterable(counted):
@@ -70,7 +70,7 @@ def quantile(counted: Histogram, q: float) -> float | None:
     """The least time [ns] that a share ``q`` of all times does not exceed; None where n(1 - q) < BEYOND."""
     n = total(counted)
     # 10,000 (1 - 0.999) may be 9.99… by rounding and must count as ten; 9.6 must not.
-    return ranked(counted, q * n) if n * (1 - q) > BEYOND - 1e-6 else None
+    return time_at_rank(counted, q * n) if n * (1 - q) > BEYOND - 1e-6 else None
 
 
 def interval(counted: Histogram, q: float) -> tuple[float, float] | None:
@@ -84,7 +84,7 @@ def interval(counted: Histogram, q: float) -> tuple[float, float] | None:
     if quantile(counted, q) is None:
         return None
     low, high = _ranks(n, q)
-    return ranked(counted, low), ranked(counted, min(high + 1, n))
+    return time_at_rank(counted, low), time_at_rank(counted, min(high + 1, n))
 
 
 @cache
@@ -100,7 +100,7 @@ def _ranks(n: int, q: float) -> tuple[float, float]:
     return least((1 - CONFIDENCE) / 2), least((1 + CONFIDENCE) / 2)
 
 
-def ranked(counted: Histogram, rank: float) -> float:
+def time_at_rank(counted: Histogram, rank: float) -> float:
     """The time [ns] at this rank, counted from 1 at the fast end, rounded up."""
     below = 0
     for ns, count in counted:
@@ -164,7 +164,7 @@ class Repeats:
     @cached_property
     def singles(self) -> Histogram:
         """Times of single calls of all repeats together [ns]."""
-        return merged(cell.singles for cell in self.cells)
+        return merge(cell.singles for cell in self.cells)
 
     @cached_property
     def judged(self) -> list[Judged]:
@@ -177,15 +177,15 @@ class Repeats:
         return [median(getattr(b, clock) / b.calls for b in repeat) for repeat in timed if repeat]
 
 
-def most(values: Iterable[N | None]) -> N | None:
+def largest(values: Iterable[N | None]) -> N | None:
     """The largest of the values that are not None; None where all are."""
     return max((value for value in values if value is not None), default=None)
 
 
-def most_of_all(values: Iterable[N | None]) -> N | None:
+def largest_if_known(values: Iterable[N | None]) -> N | None:
     """The largest of the values; None where one is, for it might be larger."""
     known = list(values)
-    return None if None in known else most(known)
+    return None if None in known else largest(known)
 
 
 def calls(cell: Cell) -> int:
@@ -201,7 +201,10 @@ def calls(cell: Cell) -> int:
 
 def tail_ns(measured: Repeats, q: float) -> float | None:
     """Quantile of single calls [ns]; None where batches took longer: then the machine was not the same."""
-    tail, median_ns = quantile(measured.singles, q), middle(measured.centre(lambda cell: cell.batches))
+    tail, median_ns = (
+        quantile(measured.singles, q),
+        median_or_none(measured.centre(lambda cell: cell.batches)),
+    )
     return None if tail is None or (median_ns is not None and tail < median_ns) else tail
 
 
@@ -211,11 +214,11 @@ def end_ns(measured: Repeats, q: float, end: int) -> float | None:
     return None if bounds is None else bounds[end]
 
 
-def us(ns: float | None) -> float | None:
+def microseconds(ns: float | None) -> float | None:
     """The time in µs."""
     return None if ns is None else ns / 1000
 
 
-def middle(values: list[float]) -> float | None:
+def median_or_none(values: list[float]) -> float | None:
     """The median; None of nothing."""
     return median(values) if values else None

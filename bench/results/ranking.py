@@ -7,11 +7,11 @@ from alloc.formulations import Family, find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
 from bench.record import FARTHER
 from bench.results.columns import Row
-from bench.results.quantiles import most
+from bench.results.quantiles import largest
 from bench.results.rows import Run
 
 EXACT_WITHIN = 1e-6
-"""Largest measured distance to the optimum, over the largest limit, at which answers count as exact, whatever
+"""Largest measured distance to the optimum, over the most limit, at which answers count as exact, whatever
 distance was promised. ``tight`` settings are chosen to reach it."""
 ROUNDING = 1e-9
 """Shares that differ by no more than this count as equal: it is the rounding of a ratio of counts."""
@@ -20,12 +20,12 @@ ATTAINABLE = ("inactive", "active", "uniform")
 """Demand sets that a perfect method serves whole."""
 
 
-def right(row: Row) -> bool:
+def is_right(row: Row) -> bool:
     """True if a row was measured and no answer in it is wrong or farther off than promised."""
     return not row.failed and row.agreed is not False and not row.wrong
 
 
-def off(row: Row) -> bool:
+def has_wrong_answer(row: Row) -> bool:
     """True if an answer of this set, or an untimed one, is wrong or farther off than promised."""
     return bool(row.measured.wrong_elsewhere) or any(judged.objection for judged in row.measured.judged)
 
@@ -35,7 +35,7 @@ def objection(row: Row) -> str:
     return row.wrong or FARTHER
 
 
-def complete(row: Row) -> bool:
+def is_complete(row: Row) -> bool:
     """True if as many demands were solved as are attainable, and none was missed of those not timed.
 
     A log may ask for nothing that is hard.
@@ -48,38 +48,38 @@ def complete(row: Row) -> bool:
     )
 
 
-def optimal(row: Row) -> bool:
+def is_optimal(row: Row) -> bool:
     """True if a row's formulation serves every attainable demand at least effort (eq. 4-5)."""
     return find_formulation(row.formulation).optimal
 
 
-def exact(row: Row) -> bool:
+def is_exact(row: Row) -> bool:
     """True if all of a row's answers are the constrained optimum, within EXACT_WITHIN."""
     distance = row.distance_relative
     near = distance is not None and distance <= EXACT_WITHIN
-    return near and optimal(row) and complete(row) and right(row)
+    return near and is_optimal(row) and is_complete(row) and is_right(row)
 
 
-def best(run: Run, vehicle: str, demands: str) -> list[Row]:
+def best_rows(run: Run, vehicle: str, demands: str) -> list[Row]:
     """One measured row for each method on that demand set, fastest first.
 
     A method is represented by the fastest of its starts and levels that are right on all of the vehicle's
     demand sets, exact ones before others. Where none is right on all sets, the fastest represents it.
     """
-    wrong = {row.label for row in run.of(vehicle) if not right(row)}
+    wrong = {row.label for row in run.of(vehicle) if not is_right(row)}
     chosen: dict[str, tuple[bool, bool, float, Row]] = {}
     for row in run.of(vehicle, demands):
         time = row.call_p50_us
         allocates = bool(row.measured.cells[0].formulation)  # a yardstick has none
         if row.failed or time is None or not allocates:
             continue
-        rank = (row.label in wrong, not exact(row), time, row)
+        rank = (row.label in wrong, not is_exact(row), time, row)
         if row.method not in chosen or rank[:3] < chosen[row.method][:3]:
             chosen[row.method] = rank
     return [row for *_, row in sorted(chosen.values(), key=lambda rank: rank[2])]
 
 
-def front(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+def pareto_front(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
     """The points that no other point beats in both numbers, sorted by the first."""
     kept: list[tuple[float, float]] = []
     for point in sorted(points):
@@ -88,37 +88,37 @@ def front(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
     return kept
 
 
-def on_front(rows: Iterable[Row]) -> list[Row]:
+def front_rows(rows: Iterable[Row]) -> list[Row]:
     """The rows that no other row beats in time and in the wrench that is lost, fastest first."""
     known = [
         (time, max(lost, WRENCH_TOLERANCE), row)
         for row in rows
         if (time := row.call_p50_us) is not None and (lost := largest_loss(row)) is not None
     ]
-    kept = set(front([point[:2] for point in known]))
+    kept = set(pareto_front([point[:2] for point in known]))
     return [row for time, lost, row in known if (time, lost) in kept]
 
 
 def largest_loss(row: Row) -> float | None:
-    """The largest share of a demand's wrench that is not delivered: 1 where a demand got no thrusts."""
+    """The most share of a demand's wrench that is not delivered: 1 where a demand got no thrusts."""
     answered = row.answered_share
     return row.lost_wrench_max if answered is None or answered == 1.0 else 1.0
 
 
 def largest_miss(rows: Sequence[Row]) -> float | None:
-    """The largest share of an attainable wrench that is not delivered, over demand sets; None if not known.
+    """The most share of an attainable wrench that is not delivered, over demand sets; None if not known.
 
     Older records do not have it: there it is what was lost on sets that can be met whole.
     """
     known = [judged.missed_max for row in rows for judged in row.measured.judged]
     older = [row for row in rows if all(judged.missed_max is None for judged in row.measured.judged)]
-    return most([*known, *(largest_loss(row) for row in older if row.demands in ATTAINABLE)])
+    return largest([*known, *(largest_loss(row) for row in older if row.demands in ATTAINABLE)])
 
 
-def telling(rows: Sequence[Row], most: int) -> list[Row]:
+def choose_rows(rows: Sequence[Row], most: int) -> list[Row]:
     """Choose ``most`` of one vehicle's rows, fastest first: the user's, the front, then families in turns."""
     own = [row for row in rows if row.described.plugin]
-    chosen = [*own, *(row for row in on_front(rows) if row not in own)][:most]
+    chosen = [*own, *(row for row in front_rows(rows) if row not in own)][:most]
     queues: dict[str, list[Row]] = {}
     for row in rows:
         if row not in chosen:
@@ -133,8 +133,8 @@ def representatives(rows: Sequence[Row]) -> dict[str, Row]:
 
     Closed forms take the same time within noise, so among them the name decides and the choice stays.
     """
-    hard = [row for row in rows if exact(row) and row.formulation == HARD.name]
-    known = [row for row in rows if row.family == Family.CLOSED_FORM and right(row)]
+    hard = [row for row in rows if is_exact(row) and row.formulation == HARD.name]
+    known = [row for row in rows if row.family == Family.CLOSED_FORM and is_right(row)]
     closed = sorted(known, key=lambda row: row.method)
     ways = {
         "without limits, in C": [row for row in closed if row.described.twin],
@@ -149,20 +149,20 @@ def representatives(rows: Sequence[Row]) -> dict[str, Row]:
     return {way: found[0] for way, found in ways.items() if found}
 
 
-def worth_considering(rows: Sequence[Row], taken: str = "") -> list[Row]:
+def shortlist(rows: Sequence[Row], taken: str = "") -> list[Row]:
     """The few rows that a decision needs, of one vehicle's sorted by time.
 
     The front of time and loss, the ``representatives``, and the rule of practice that loses least. A method
     with a wrong answer is none of them. The method ``taken`` and what the user brought always are.
     """
-    everyone, rows = rows, [row for row in rows if right(row)]
+    everyone, rows = rows, [row for row in rows if is_right(row)]
     rules = [(lost, row) for row in rows if row.family == Family.PRACTICE for lost in _known(row)]
     rule = [row for _, row in sorted(rules, key=lambda pair: pair[0])[:1]]
-    chosen = [*on_front(rows), *representatives(rows).values(), *rule]
+    chosen = [*front_rows(rows), *representatives(rows).values(), *rule]
     return [row for row in everyone if row in chosen or row.described.plugin or row.method == taken]
 
 
-def own_without_time(run: Run, vehicle: str, demands: str) -> list[Row]:
+def unmeasured_plugins(run: Run, vehicle: str, demands: str) -> list[Row]:
     """Rows of the user's own methods that could not be measured there: each has its line, with the reason."""
     return [row for row in run.of(vehicle, demands) if row.described.plugin and row.failed]
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from bench.record import NO_VEHICLE, Capability, Cell, Header, Key, Method, Problem, Record, Worker, read
 from bench.results.columns import Row, columns
-from bench.results.quantiles import Histogram, Repeats, merged, quantile
+from bench.results.quantiles import Histogram, Repeats, merge, quantile
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -193,7 +193,7 @@ class Run:
 
     def sets(self, vehicle: str) -> list[str]:
         """Demand sets of a vehicle, in the order of tables."""
-        return in_order({row.demands for row in self.by_vehicle[vehicle]})
+        return sort_sets({row.demands for row in self.by_vehicle[vehicle]})
 
     def leading(self, vehicle: str) -> list[str]:
         """The sets that stand for all of a vehicle's: the first of tables, and each that a user brought."""
@@ -207,7 +207,7 @@ class Run:
 
     def singles(self, row: Row) -> Histogram:
         """Single calls of a row's method, start and level on all of its vehicle's demand sets [ns]."""
-        return merged(other.measured.singles for other in self.of(row.vehicle) if other.label == row.label)
+        return merge(other.measured.singles for other in self.of(row.vehicle) if other.label == row.label)
 
     def tail_us(self, row: Row, q: float) -> float | None:
         """Quantile ``q`` of ``singles`` [us]; None where there are too few, on any set, for it.
@@ -229,7 +229,7 @@ class Run:
         return [row for row in self.by_vehicle.get(vehicle, []) if demands in ("", row.demands)]
 
 
-def in_order(sets: Iterable[str]) -> list[str]:
+def sort_sets(sets: Iterable[str]) -> list[str]:
     """Names of demand sets in the order of tables."""
     return sorted(sets, key=lambda name: (SETS.index(name) if name in SETS else len(SETS), name))
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from enum import IntEnum
 from math import ceil
 
-from bench.results.quantiles import most
+from bench.results.quantiles import largest
 
 LATE_SHARE = 0.001
 """Largest share of late calls of a method that fits: one in a thousand, as p99.9 is judged."""
@@ -62,7 +62,7 @@ class Loop:
         return (self.budget if self.deadline_us is None else 1.0) * 1e6 / call_us
 
 
-def judge(
+def judge_times(
     limit_us: float,
     p50_us: float | None,
     p999_us: float | None,
@@ -163,7 +163,7 @@ class Size:
         return ceil(10 * self.missing)
 
 
-def ordered(sizes: Sequence[Size]) -> list[Size]:
+def rank_sizes(sizes: Sequence[Size]) -> list[Size]:
     """Sizes by vehicle, the one to take first.
 
     Methods are sorted by whether their median fits, then by whether they answer all of a user's
@@ -199,7 +199,7 @@ def best_of_each(sizes: list[Size]) -> list[Size]:
     return list(first.values())
 
 
-def worst(there: Mapping[str, Size]) -> Size:
+def worst_size(there: Mapping[str, Size]) -> Size:
     """Worst of one method's sizes in several places, by name: machines, or vehicles."""
     place, size = max(there.items(), key=lambda item: item[1].fit)
     known = [s.p999_us for s in there.values()]
@@ -212,21 +212,23 @@ def worst(there: Mapping[str, Size]) -> Size:
         moving=any(s.moving for s in there.values()),
         refused=max(s.refused for s in there.values()),
         refusal=max(there.values(), key=lambda s: (s.refused, s.refusal)).refusal,
-        p50_us=most(s.p50_us for s in there.values()),
-        p999_us=None if None in known else most(known),
-        max_us=most(s.max_us for s in there.values()),
-        cpu_us=most(s.cpu_us for s in there.values()),
+        p50_us=largest(s.p50_us for s in there.values()),
+        p999_us=None if None in known else largest(known),
+        max_us=largest(s.max_us for s in there.values()),
+        cpu_us=largest(s.cpu_us for s in there.values()),
         late=sum(s.late for s in there.values()),
         calls=sum(s.calls for s in there.values()),
-        bound=most(s.bound for s in there.values()),
+        bound=largest(s.bound for s in there.values()),
         rate_hz=min(rates, default=None),
-        memory_MB=most(s.memory_MB for s in there.values()),
+        memory_MB=largest(s.memory_MB for s in there.values()),
     )
 
 
-def of_all_vehicles(sizes: Sequence[Size]) -> list[str]:
+def rank_labels(sizes: Sequence[Size]) -> list[str]:
     """The labels of all methods by their worst on any vehicle, the most useful first."""
     by_label: dict[str, dict[str, Size]] = {}
     for size in sizes:
         by_label.setdefault(size.label, {})[size.vehicle] = size
-    return [size.label for size in ordered([replace(worst(own), vehicle="") for own in by_label.values()])]
+    return [
+        size.label for size in rank_sizes([replace(worst_size(own), vehicle="") for own in by_label.values()])
+    ]

@@ -13,11 +13,20 @@ from alloc.formulations import find_formulation
 from bench.record import NO_VEHICLE, SERVED_WITHIN, Problem
 from bench.record.canary import CanaryError, CanaryFile
 from bench.results.columns import Row
-from bench.results.quantiles import Histogram, Tally, late_bound, merged, most_of_all, quantile, ranked, total
-from bench.results.ranking import exact, largest_miss, objection, right
+from bench.results.quantiles import (
+    Histogram,
+    Tally,
+    largest_if_known,
+    late_bound,
+    merge,
+    quantile,
+    time_at_rank,
+    total,
+)
+from bench.results.ranking import is_exact, is_right, largest_miss, objection
 from bench.results.rows import Run
-from bench.results.size import LATE_SHARE, Fit, Loop, Size, judge, ordered
-from bench.results.text import counted, percent, three
+from bench.results.size import LATE_SHARE, Fit, Loop, Size, judge_times, rank_sizes
+from bench.results.text import percent, plural, three
 
 WEAK = 0.25
 """Share of its wrench that a method must not leave out of most demands that can be met [-]. Closed forms
@@ -29,13 +38,13 @@ MISSES = ("some of what can be met", f"{percent(WEAK)} and more of most demands 
 """In words, what a method refuses that it should not."""
 
 
-def unfit(rows: Sequence[Row]) -> str:
+def unfit_reason(rows: Sequence[Row]) -> str:
     """Reason why a method on these rows has no time at all: not measured, or wrong; else empty."""
     for row in rows:
         if row.failed:
             return f"{row.demands}: {row.failed.status}, {row.failed.reason}"
     for row in rows:
-        if reason := wrong(row):
+        if reason := wrong_reason(row):
             return reason
     return ""
 
@@ -86,7 +95,7 @@ def _refused(row: Row, problem: Problem | None) -> tuple[float, str]:
     if run and problem.rate_hz:
         words += f", up to {three(run / problem.rate_hz)} s at a stretch"
     elif run:
-        words += f", up to {counted(run, 'demand')} in a row"
+        words += f", up to {plural(run, 'demand')} in a row"
     return refused, f"{words}, and {crossed}" if crossed else words
 
 
@@ -96,9 +105,9 @@ def refuses(formulation: str) -> bool:
     return known.optimal and known.way is None and not known.gives_way
 
 
-def wrong(row: Row) -> str:
+def wrong_reason(row: Row) -> str:
     """Reason why a row's answers rule out a verdict on its time; empty where they are right, or none."""
-    if row.failed or right(row):
+    if row.failed or is_right(row):
         return ""
     return f"a wrong answer has no time; {row.demands}: {objection(row)}"
 
@@ -163,7 +172,7 @@ class Pauses:
         return Tally(self.excess)
 
 
-def pauses(run: Run) -> Pauses:
+def find_pauses(run: Run) -> Pauses:
     """The pauses that a run's yardsticks show."""
     excess: list[Histogram] = []
     exposure = 0.0
@@ -171,13 +180,13 @@ def pauses(run: Run) -> Pauses:
         # NAME_esc on a board allocates nothing either, but is asked this and that: its work is not fixed.
         fixed = row.described.yardstick and not row.measured.cells[0].worst
         if row.measured.singles and (fixed or row.vehicle == NO_VEHICLE):
-            median = ranked(row.measured.singles, total(row.measured.singles) / 2)
+            median = time_at_rank(row.measured.singles, total(row.measured.singles) / 2)
             excess.append([(ns - median, count) for ns, count in row.measured.singles if ns > median])
             exposure += sum(ns * count for ns, count in row.measured.singles)
-    return Pauses(merged(excess), exposure)
+    return Pauses(merge(excess), exposure)
 
 
-def whose(
+def machine_excuse(
     singles: Tally, late: int, limit_us: float, p50_us: float, steps: int | None, pauses: Pauses
 ) -> str:
     """Reason why the late calls are the machine's, in words; empty where they may be the method's own.
@@ -204,18 +213,18 @@ def whose(
 
 
 def sizes(run: Run, loop: Loop, transfer: Transfer | None = None, demands: str = "") -> list[Size]:
-    """Every method, start and level of a run, ``ordered``; on all demand sets, or on one.
+    """Every method, start and level of a run, ``rank_sizes``; on all demand sets, or on one.
 
     With a ``transfer`` every time is multiplied by the upper end of its band. A slowest call belongs to the
     machine that made it and is not transferred.
     """
     groups = [
-        own for rows in of_methods(run) if (own := [row for row in rows if demands in ("", row.demands)])
+        own for rows in rows_by_method(run) if (own := [row for row in rows if demands in ("", row.demands)])
     ]
-    return ordered([pool.size(loop) for pool in pools(run, groups, transfer)])
+    return rank_sizes([pool.size(loop) for pool in pools(run, groups, transfer)])
 
 
-def of_methods(run: Run) -> list[list[Row]]:
+def rows_by_method(run: Run) -> list[list[Row]]:
     """The rows of each method, start and level on each vehicle."""
     groups: dict[tuple[str, str], list[Row]] = {}
     for row in run.rows:
@@ -226,7 +235,7 @@ def of_methods(run: Run) -> list[list[Row]]:
 
 def pools(run: Run, groups: Iterable[Sequence[Row]], transfer: Transfer | None = None) -> Iterator["Pool"]:
     """Pools of each method; a group holds its rows on all demand sets, or on some."""
-    held_up = pauses(run)
+    held_up = find_pauses(run)
     for rows in groups:
         yield _pool(rows, transfer, held_up, run.asked)
 
@@ -270,11 +279,11 @@ class Pool:
         seen, (late, bound) = self.seen, self.late(limit_us)
         excuse = ""
         if self.pauses and seen.p50_us is not None:
-            excuse = whose(self._tally, late, limit_us, seen.p50_us, seen.steps, self.pauses)
+            excuse = machine_excuse(self._tally, late, limit_us, seen.p50_us, seen.steps, self.pauses)
         if excuse:  # an excused call counts as if it had not been late
-            fit, reason = judge(limit_us, seen.p50_us, None, None, late_bound(0, seen.calls))
+            fit, reason = judge_times(limit_us, seen.p50_us, None, None, late_bound(0, seen.calls))
         else:
-            fit, reason = judge(
+            fit, reason = judge_times(
                 limit_us, seen.p50_us, seen.p999_us, seen.max_us, bound, estimated=self.pauses is None
             )
         return fit, reason or excuse, bool(excuse)
@@ -319,13 +328,13 @@ def _pool(
         unlimited=first.unlimited,
         freedom=problem.nullity if problem else None,
         fit=Fit.UNKNOWN,
-        reason=unfit(rows),
+        reason=unfit_reason(rows),
     )
     if size.reason:
         return Pool(size, [], None)
     factor = transfer.high if transfer else 1.0
-    singles = [(ns * factor, count) for ns, count in merged(row.measured.singles for row in rows)]
-    p50 = _times(factor, most_of_all(row.call_p50_us for row in rows))
+    singles = [(ns * factor, count) for ns, count in merge(row.measured.singles for row in rows)]
+    p50 = _times(factor, largest_if_known(row.call_p50_us for row in rows))
     tail = quantile(singles, 0.999)
     problems = [asked.get((row.vehicle, row.demands)) for row in rows]
     known = [each for each in problems if each]
@@ -334,8 +343,8 @@ def _pool(
     refused, words = max((found for found in refusals if found[1]), key=itemgetter(0), default=(0.0, ""))
     size = replace(
         size,
-        exact=exact_everywhere(rows),
-        missing=missing(rows),
+        exact=is_exact_everywhere(rows),
+        missing=missing_share(rows),
         refused=refused,
         refusal=words,
         moving=moving,
@@ -344,21 +353,21 @@ def _pool(
         p999_us=None if tail is None or p50 is None or tail / 1000 < p50 else tail / 1000,
         max_us=None if transfer or not singles else singles[-1][0] / 1000,
         calls=total(singles),
-        cpu_us=_times(factor, most_of_all(row.call_cpu_p50_us for row in rows)),
-        memory_MB=most_of_all(row.peak_rss_MB for row in rows),
+        cpu_us=_times(factor, largest_if_known(row.call_cpu_p50_us for row in rows)),
+        memory_MB=largest_if_known(row.peak_rss_MB for row in rows),
         steps=first.worst_case_steps,
     )
     return Pool(size, singles, None if transfer else held_up)
 
 
-def exact_everywhere(rows: Sequence[Row]) -> bool:
+def is_exact_everywhere(rows: Sequence[Row]) -> bool:
     """True if a method is exact on all of these rows that ask attainable demands, and there is one."""
     # On a set without attainable demands an exact method may have no answers to be judged by.
     asked = [row for row in rows if row.measured.attainable or row.agreed is not None]
-    return all(exact(row) for row in asked) and any(exact(row) for row in rows)
+    return all(is_exact(row) for row in asked) and any(is_exact(row) for row in rows)
 
 
-def missing(rows: Sequence[Row]) -> float:
+def missing_share(rows: Sequence[Row]) -> float:
     """The share of the demands that can be met of which more than SERVED_WITHIN is left out, a mean of sets.
 
     0 where none is. What is delivered within SERVED_WITHIN counts demands just beyond the limits too, and

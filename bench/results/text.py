@@ -42,7 +42,7 @@ def number_range(values: Iterable[float | None], to: str = " to ") -> str:
     return low if low == high else f"{low}{to}{high}"
 
 
-def counted(n: int, what: str) -> str:
+def plural(n: int, what: str) -> str:
     """``1 cell``, ``20 cells``."""
     return f"{n} {what}{'' if n == 1 else 's'}"
 
@@ -102,7 +102,7 @@ def _wordy(body: list[list[str]], i: int) -> bool:
     return any(not row[i].lstrip("+-")[:1].isdigit() for row in body if row[i].strip("-–"))
 
 
-def cut(log: str, asked: int, left_out: int) -> str:
+def cut_note(log: str, asked: int, left_out: int) -> str:
     """A sentence on a log that was not asked whole."""
     return f"Of {log}'s {asked + left_out} demands only the first {asked} were asked; `--n` asks more."
 

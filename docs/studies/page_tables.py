@@ -20,7 +20,7 @@ from click.testing import CliRunner
 from bench.__main__ import cli
 from bench.record import Record, read
 from bench.report.sections import emulation
-from bench.results.emulated import EmulatedRow, rows
+from bench.results.emulated import EmulatedRow, emulated_rows
 from bench.results.text import table
 
 ROOT = Path(__file__).parents[2]
@@ -38,7 +38,7 @@ ASKED = ("inactive", "active", "infeasible")
 def goals() -> str:
     """What was asked of each kernel, and what was counted."""
     record = read(EMULATED)
-    return emulation.goals(rows(record.emulated), record.processors)
+    return emulation.goals(emulated_rows(record.emulated), record.processors)
 
 
 def ratios() -> str:
@@ -247,7 +247,7 @@ def _emulated(*asked: str) -> Record:
 def _kernels(record: Record, faults: str = "one") -> dict[Kernel, list[EmulatedRow]]:
     """What was counted of each kernel, a row for each class of demands."""
     found: dict[Kernel, list[EmulatedRow]] = {}
-    for row in rows(record.emulated):
+    for row in emulated_rows(record.emulated):
         one = row.emulated
         if one.faults == faults and row.worst is not None:
             key = (one.vehicle, one.method, one.target, one.scalar, one.limits)

@@ -10,7 +10,7 @@ from bench.inputs.board_log import BoardLog, LogError, read_board_log
 from bench.record import Cell, Emulated, Header
 from bench.record.schema import slug
 from bench.record.writer import Writer
-from bench.results.text import counted
+from bench.results.text import plural
 
 SHOWN = 6
 """Most lost blocks that are named."""
@@ -99,4 +99,4 @@ def _nothing(log: BoardLog) -> str:
 def _not_whole(log: BoardLog) -> str:
     """How many lines are damaged, and how many are missing beside those: a damaged one has no number."""
     missing = max(log.lost - log.damaged, 0)
-    return f"{counted(log.damaged, 'damaged line')}, {counted(missing, 'missing line')}"
+    return f"{plural(log.damaged, 'damaged line')}, {plural(missing, 'missing line')}"

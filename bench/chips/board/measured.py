@@ -25,7 +25,7 @@ from bench.judging.question import Question, ask_here, questions, right_answers
 from bench.record import SCHEMA, Batch, Cell, Header, Judged, Key, Line, Method, Problem
 from bench.record.cell import binned
 from bench.record.schema import slug
-from bench.results.quantiles import merged
+from bench.results.quantiles import merge
 from bench.results.ranking import EXACT_WITHIN
 
 COARSE = 0.1
@@ -179,7 +179,7 @@ def _cell(heard: Heard, method: str, name: str, repeat: int, run: TimedCalls) ->
         status="ok",
         n_demands=N,
         batches=batches,
-        singles=[] if coarse else merged([[(binned(ns(ticks)), times)] for ticks, times in run.ones]),
+        singles=[] if coarse else merge([[(binned(ns(ticks)), times)] for ticks, times in run.ones]),
         timed_ns=sum(ns(ticks) * times for ticks, times in (*run.ones, *run.passes)),
     )
 

@@ -22,7 +22,7 @@ def draw_all(run: Run, directory: Path) -> frozenset[str]:
     import matplotlib as mpl
 
     from bench.report.pictures import methods, runs, vehicles
-    from bench.report.pictures.style import SETTINGS, lacking_letters, save
+    from bench.report.pictures.style import SETTINGS, ignore_missing_letters, save
 
     of_run: list[Callable[..., Any]] = [runs.growth, runs.overview]
     of_vehicle: list[Callable[..., Any]] = [methods.cost, methods.pareto, methods.period, methods.tails]
@@ -33,7 +33,7 @@ def draw_all(run: Run, directory: Path) -> frozenset[str]:
         asked = [()] if make in of_run else [(vehicle,) for vehicle in run.vehicles]
         names = {file_name(f"{'-'.join([kind, *vehicle])}.svg"): vehicle for vehicle in asked}
         for name, vehicle in names.items():
-            with mpl.rc_context(SETTINGS), lacking_letters():
+            with mpl.rc_context(SETTINGS), ignore_missing_letters():
                 if (figure := make(run, *vehicle)) is not None:
                     save(figure, directory / name)
                     drawn.add(name)

@@ -13,16 +13,16 @@ from bench.report.pictures.style import (
     INK,
     PAPER,
     VERMILION,
-    brief,
+    add_legend,
     colour,
-    headed,
-    legend,
-    looks,
+    line_styles,
     share_axis,
+    shorten,
     time_axis,
+    title_with_count,
 )
 from bench.results.quantiles import Histogram, total
-from bench.results.ranking import best, front, largest_loss, telling
+from bench.results.ranking import best_rows, choose_rows, largest_loss, pareto_front
 from bench.results.rows import Run
 
 MOST = 12
@@ -32,8 +32,8 @@ MOST = 12
 def cost(run: Run, vehicle: str) -> Figure | None:
     """Median of each method as a dot, a thick whisker to p99.9, a thin one to the slowest call."""
     demands = run.sets(vehicle)[0]
-    every = best(run, vehicle, demands)
-    rows = telling(every, MOST)[::-1]
+    every = best_rows(run, vehicle, demands)
+    rows = choose_rows(every, MOST)[::-1]
     if not rows:
         return None
     figure = Figure((7.5, 1.5 + 0.2 * len(rows)))
@@ -51,14 +51,14 @@ def cost(run: Run, vehicle: str) -> Figure | None:
         axes.plot([centre], [y], "o", color=colour(row), markersize=5)
     time_axis(
         axes.xaxis,
-        f"one call: median on {brief(demands)} demands (dot),"
+        f"one call: median on {shorten(demands)} demands (dot),"
         "\non all sets p99.9 (thick line) and slowest (bar)",
     )
-    axes.set_yticks(range(len(rows)), [brief(row.label) for row in rows])
+    axes.set_yticks(range(len(rows)), [shorten(row.label) for row in rows])
     axes.set_ylim(-0.7, len(rows) - 0.3)
     axes.grid(axis="y", visible=False)
-    axes.set_title(headed(vehicle, len(rows), len(every)))
-    legend(figure, rows)
+    axes.set_title(title_with_count(vehicle, len(rows), len(every)))
+    add_legend(figure, rows)
     return figure
 
 
@@ -69,10 +69,10 @@ FLOOR = WRENCH_TOLERANCE
 def pareto(run: Run, vehicle: str) -> Figure | None:
     """Worst share of the wrench lost over median time; the line joins the Pareto front."""
     demands = run.sets(vehicle)[0]
-    every = best(run, vehicle, demands)
+    every = best_rows(run, vehicle, demands)
     points = [
         (time, max(error, FLOOR), row)
-        for row in telling(every, MOST)
+        for row in choose_rows(every, MOST)
         if (time := row.call_p50_us) and (error := largest_loss(row)) is not None
     ]
     if not points:
@@ -81,14 +81,14 @@ def pareto(run: Run, vehicle: str) -> Figure | None:
     axes = figure.add_subplot()
     axes.set_xscale("log")
     axes.set_yscale("log")
-    kept = front([(time, error) for time, error, _ in points])
+    kept = pareto_front([(time, error) for time, error, _ in points])
     axes.step(*zip(*kept, strict=True), where="post", color=FAINT, linewidth=4, zorder=1)
     for time, error, row in points:
         axes.plot([time], [error], "o", color=colour(row), markersize=5)
     time_axis(axes.xaxis, "one call, median")
     share_axis(axes.yaxis, "largest share of a demand's wrench that is lost", floor=FLOOR)
-    axes.set_title(headed(f"{vehicle}, {demands} demands", len(points), len(every)))
-    legend(figure, [row for *_, row in points])
+    axes.set_title(title_with_count(f"{vehicle}, {demands} demands", len(points), len(every)))
+    add_legend(figure, [row for *_, row in points])
     on_front = set(kept)
     # Points of the front come first, so their labels get the best places.
     ordered = sorted(points, key=lambda point: point[:2] not in on_front)
@@ -108,8 +108,8 @@ def period(run: Run, vehicle: str) -> Figure | None:
     hollow mark shows the slowest call.
     """
     shown: list[tuple[str, float, bool]] = []
-    every = best(run, vehicle, run.sets(vehicle)[0])
-    for row in telling(every, MOST):
+    every = best_rows(run, vehicle, run.sets(vehicle)[0])
+    for row in choose_rows(every, MOST):
         singles = run.singles(row)
         tail = run.tail_us(row, 0.99)
         if singles:
@@ -127,10 +127,10 @@ def period(run: Run, vehicle: str) -> Figure | None:
     axes.axvline(100, color=INK, linewidth=1)
     axes.xaxis.set_major_locator(LogLocator(numticks=20))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda share, _: f"{share:g} %"))
-    axes.set_yticks(range(len(shown)), [brief(label) for label, _, _ in shown])
+    axes.set_yticks(range(len(shown)), [shorten(label) for label, _, _ in shown])
     axes.set_ylim(-0.7, len(shown) - 0.3)
     axes.set_xlabel("p99 of a call (hollow: slowest of too few), share of the control period")
-    axes.set_title(headed(f"{vehicle}, all demand sets", len(shown), len(every)))
+    axes.set_title(title_with_count(f"{vehicle}, all demand sets", len(shown), len(every)))
     marks = [Line2D([], [], color=c, marker=m, linestyle="") for c, m in RATES_HZ.values()]
     figure.legend(marks, [f"{rate} Hz" for rate in RATES_HZ], loc="outside lower center", ncols=3)
     return figure
@@ -143,30 +143,30 @@ MOST_CURVES = 10
 def tails(run: Run, vehicle: str) -> Figure | None:
     """A curve for each of the telling methods down to its slowest call, labelled at the right."""
     demands = run.sets(vehicle)[0]
-    every = best(run, vehicle, demands)
-    rows = telling([row for row in every if row.measured.singles], MOST_CURVES)
+    every = best_rows(run, vehicle, demands)
+    rows = choose_rows([row for row in every if row.measured.singles], MOST_CURVES)
     if not rows:
         return None
     figure = Figure((7.5, 4.6))
     axes = figure.add_subplot()
     axes.set_xscale("log")
     axes.set_yscale("log")
-    styles = looks((row.label, row.family) for row in rows)
+    styles = line_styles((row.label, row.family) for row in rows)
     for row in rows:
-        times, share = at_least(row.measured.singles)
+        times, share = tail_curve(row.measured.singles)
         colour, dashes = styles[row.label]
         axes.step(
-            times, share, where="pre", color=colour, linestyle=dashes, linewidth=1.3, label=brief(row.label)
+            times, share, where="pre", color=colour, linestyle=dashes, linewidth=1.3, label=shorten(row.label)
         )
         axes.plot(times[-1:], share[-1:], "o", color=colour, markersize=3.5)
     time_axis(axes.xaxis, "one call")
     share_axis(axes.yaxis, "calls that took at least so long (dot: the slowest)")
-    axes.set_title(headed(f"{vehicle}, {demands} demands, single calls", len(rows), len(every)))
+    axes.set_title(title_with_count(f"{vehicle}, {demands} demands, single calls", len(rows), len(every)))
     figure.legend(loc="outside right upper", title="by median")
     return figure
 
 
-def at_least(counted: Histogram) -> tuple[list[float], list[float]]:
+def tail_curve(counted: Histogram) -> tuple[list[float], list[float]]:
     """Times [us] and the share of calls that took at least each: from all calls to the slowest."""
     n = left = total(counted)
     times, share = [], []

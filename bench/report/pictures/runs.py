@@ -7,11 +7,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from alloc.formulations import Family
-from bench.report.pictures.style import BLUE, BROWN, FAMILIES, GREY, INK, brief, time_axis
+from bench.report.pictures.style import BLUE, BROWN, FAMILIES, GREY, INK, shorten, time_axis
 from bench.report.readme import served_share
 from bench.results.columns import Row
 from bench.results.growth import series
-from bench.results.ranking import best, largest_miss, representatives
+from bench.results.ranking import best_rows, largest_miss, representatives
 from bench.results.rows import Run
 
 CLOSED, EXACT = FAMILIES[Family.CLOSED_FORM], FAMILIES[Family.EXACT]
@@ -28,7 +28,7 @@ WAYS = {
 
 def overview(run: Run) -> Figure | None:
     """Left: the median of a call, by six ways. Right, if asked: what the way without limits lacks."""
-    rows = {v: representatives(best(run, v, run.sets(v)[0])) for v in reversed(run.vehicles)}
+    rows = {v: representatives(best_rows(run, v, run.sets(v)[0])) for v in reversed(run.vehicles)}
     rows = {vehicle: ways for vehicle, ways in rows.items() if ways}
     if not rows:
         return None
@@ -42,7 +42,7 @@ def overview(run: Run) -> Figure | None:
     left.set_xscale("log")
     time_axis(left.xaxis, "one call, median")
     left.set_title("What limits cost")
-    left.set_yticks(range(len(rows)), map(brief, rows))
+    left.set_yticks(range(len(rows)), map(shorten, rows))
     left.set_ylim(-0.6, len(rows) - 0.4)
     shown = [way for way in WAYS if any(way in ways for ways in rows.values())]
     marks = [

@@ -19,7 +19,7 @@ from alloc.vehicle.esc import Esc
 from alloc.vehicle.file import Mounting
 from alloc.vehicle.frame import TURN, described
 from bench.report.pictures.labels import label_points
-from bench.report.pictures.style import BLUE, FAINT, GREY, INK, PAPER, VERMILION, lacking_letters
+from bench.report.pictures.style import BLUE, FAINT, GREY, INK, PAPER, VERMILION, ignore_missing_letters
 
 LONG_ARROW = 0.28
 """Length of an arrow in the plane of the page, over the vehicle's largest extent."""
@@ -116,7 +116,7 @@ def _name(axes: Axes, view: View, poses: Mounting, names: list[str], extent: flo
     points, arrows = _seen(view, poses.positions), LONG_ARROW * extent * _seen(view, poses.directions)
     along = [point + share * arrow for point, arrow in zip(points, arrows, strict=True) for share in ALONG]
     named = [(x, y, name) for (x, y), name in zip(points, names, strict=False)]
-    with lacking_letters():
+    with ignore_missing_letters():
         label_points(axes, [*named, *((x, y, "") for x, y in along)], 6.5, MARK)
 
 

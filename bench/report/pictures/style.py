@@ -94,7 +94,7 @@ def colour(row: Row) -> str:
     return FAMILIES.get(row.family, INK)
 
 
-def looks(families: Iterable[tuple[str, str]]) -> dict[str, tuple[str, Any]]:
+def line_styles(families: Iterable[tuple[str, str]]) -> dict[str, tuple[str, Any]]:
     """Colour and dash of each method, from (method, family): the family's colour, a dash of its own in it."""
     count: Counter[str] = Counter()
     found = {}
@@ -104,7 +104,7 @@ def looks(families: Iterable[tuple[str, str]]) -> dict[str, tuple[str, Any]]:
     return found
 
 
-def legend(drawn: "Figure", rows: list[Row]) -> None:
+def add_legend(drawn: "Figure", rows: list[Row]) -> None:
     """Add a legend of the rows' families at the bottom of the figure."""
     from matplotlib.lines import Line2D
 
@@ -114,14 +114,14 @@ def legend(drawn: "Figure", rows: list[Row]) -> None:
     drawn.legend(dots, shown, loc="outside lower center", ncols=3)
 
 
-def brief(name: str, most: int = 32) -> str:
+def shorten(name: str, most: int = 32) -> str:
     """The name, cut where it would leave no room for what is drawn beside it."""
     return name if len(name) <= most else f"{name[: most - 1]}…"
 
 
-def headed(title: str, shown: int, of: int) -> str:
+def title_with_count(title: str, shown: int, of: int) -> str:
     """The title above a picture's methods; with how many they are where it has not all of them."""
-    return brief(title, 90) + (f": {shown} of {of} methods" if shown < of else "")
+    return shorten(title, 90) + (f": {shown} of {of} methods" if shown < of else "")
 
 
 def time_axis(axis: "Axis", label: str) -> None:
@@ -158,7 +158,7 @@ def _log_axis(axis: "Axis", label: str, tick: Callable[[float, int], str], most:
 
 
 @contextmanager
-def lacking_letters() -> Iterator[None]:
+def ignore_missing_letters() -> Iterator[None]:
     """Letters of a name that the font lacks are boxes in the picture, and no warnings, inside the block."""
     with catch_warnings():
         filterwarnings("ignore", "Glyph .* missing from font")
@@ -172,7 +172,7 @@ def save(drawn: "Figure", path: Path, title: str | None = None) -> None:
     """
     text = StringIO()
     titled = {} if title is None else {"Title": title}
-    with lacking_letters():
+    with ignore_missing_letters():
         drawn.savefig(text, format="svg", metadata={"Date": None, "Creator": None} | titled)
     path.write_text(_with_dark_mode(text.getvalue()), encoding="utf-8")
 

@@ -9,7 +9,17 @@ from matplotlib.figure import Figure
 from alloc.allocation import WRENCH_TOLERANCE
 from alloc.vehicle.geometry import unit
 from bench.record import Curve, Plane
-from bench.report.pictures.style import BLUE, FAINT, FAMILIES, GREEN, GREY, INK, ORANGE, VERMILION, looks
+from bench.report.pictures.style import (
+    BLUE,
+    FAINT,
+    FAMILIES,
+    GREEN,
+    GREY,
+    INK,
+    ORANGE,
+    VERMILION,
+    line_styles,
+)
 from bench.results.rows import Run
 
 LABELS = {
@@ -83,13 +93,13 @@ def error(run: Run, vehicle: str) -> Figure | None:
     if capability is None or not capability.curves:
         return None
     figure = Figure((8.4, 4.6))
-    groups = alike(capability.curves)
+    groups = group_curves(capability.curves)
     families = {row.method: row.family if row.family in FAMILIES else "" for row in run.rows}
     # Over all vehicles, so that a method looks the same in the pictures of each.
     measured = {curve.method for each in run.record.capabilities for curve in each.curves}
     order = [*FAMILIES, ""]
     drawn = sorted((order.index(families.get(method, "")), method) for method in measured)
-    styles = looks((method, order[family]) for family, method in drawn)
+    styles = line_styles((method, order[family]) for family, method in drawn)
     left, right = figure.subplots(1, 2, sharey=True)
     for axes, title in ((left, "median direction"), (right, "worst direction")):
         axes.axvspan(1.0, max(capability.curves[0].size), facecolor=FAINT, alpha=0.5)
@@ -106,7 +116,7 @@ def error(run: Run, vehicle: str) -> Figure | None:
     return figure
 
 
-def alike(curves: list[Curve]) -> list[tuple[list[str], Curve]]:
+def group_curves(curves: list[Curve]) -> list[tuple[list[str], Curve]]:
     """Groups of curves that coincide, least error first: their methods, and one of the curves."""
     groups: list[tuple[list[str], Curve]] = []
     # Rounded, since Python 3.12 adds floats otherwise than 3.11: curves that coincide stand by name in both.

@@ -3,7 +3,7 @@
 from alloc.vehicle.geometry import unit
 from bench.record import Authority, Capability, LastMetre, Served
 from bench.report.pictures import picture
-from bench.report.readme import not_counted
+from bench.report.readme import uncounted_methods
 from bench.results.quantiles import share
 from bench.results.rows import Run
 from bench.results.text import percent, plain, table, three
@@ -37,7 +37,7 @@ def _vehicle(capability: Capability, drawn: frozenset[str]) -> list[str]:
         _authority(capability),
         *_warnings(capability),
         _served(capability),
-        *(f"{plain(line)}.\n" for line in not_counted(capability)),
+        *(f"{plain(line)}.\n" for line in uncounted_methods(capability)),
         picture(
             f"reach-{name}.svg", f"Attainable set of {name} and where the closed form keeps the limits", drawn
         ),

@@ -8,7 +8,7 @@ from bench.record.cell import BIN
 from bench.report.pictures import picture
 from bench.results.columns import Row
 from bench.results.quantiles import interval
-from bench.results.ranking import best
+from bench.results.ranking import best_rows
 from bench.results.rows import Run
 from bench.results.text import plain, table, three
 
@@ -79,7 +79,7 @@ def tails(run: Run, drawn: frozenset[str]) -> str:
     if canaries:
         parts += ["What this machine does to fixed work, in the same run:\n", _tails(canaries)]
     for vehicle, demands in ((name, each) for name in run.vehicles for each in run.leading(name)):
-        rows = [row for row in best(run, vehicle, demands) if row.measured.singles]
+        rows = [row for row in best_rows(run, vehicle, demands) if row.measured.singles]
         if rows:
             alt = f"{vehicle}: share of calls slower than a time, by method"
             parts += [
@@ -90,7 +90,7 @@ def tails(run: Run, drawn: frozenset[str]) -> str:
     return "\n".join(part for part in parts if part) if len(parts) > 3 else ""
 
 
-def unmet(rows: Iterable[Row]) -> tuple[int, int]:
+def count_disjoint(rows: Iterable[Row]) -> tuple[int, int]:
     """Number of rows whose repeats' intervals of p99 do not all meet, of how many with two or more."""
     by_row = [[ends for cell in row.measured.cells if (ends := interval(cell.singles, 0.99))] for row in rows]
     several = [intervals for intervals in by_row if len(intervals) > 1]
@@ -99,7 +99,7 @@ def unmet(rows: Iterable[Row]) -> tuple[int, int]:
 
 
 def _between_processes(run: Run) -> str:
-    apart, several = unmet(run.rows)
+    apart, several = count_disjoint(run.rows)
     if not several:
         return ""
     return (

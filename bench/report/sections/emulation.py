@@ -9,10 +9,10 @@ from bench.results.emulated import (
     PUBLISHED,
     REFERENCE,
     EmulatedRow,
-    assumed,
-    by_name,
-    rows,
-    shown_scalar,
+    assumed_cpi,
+    emulated_rows,
+    latest_processors,
+    table_scalar,
 )
 from bench.results.rows import Run
 from bench.results.text import plain, table, three
@@ -32,7 +32,12 @@ def microcontroller(rows: Sequence[EmulatedRow], processors: Sequence[Processor]
     which no solver was counted is left out, or sizes would not compare.
     """
     parts = []
-    boards = [(one.name, each) for one in by_name(processors) if one.microcontroller for each in one.scalars]
+    boards = [
+        (one.name, each)
+        for one in latest_processors(processors)
+        if one.microcontroller
+        for each in one.scalars
+    ]
     for (target, scalar), (limits, said) in product(boards, FORMS.items()):
         own = [
             row for row in rows if _of(row) == (target, scalar, limits, "one") and row.emulated.instructions
@@ -104,7 +109,7 @@ STACK_BYTES = 200
 
 def goals(rows: Sequence[EmulatedRow], processors: Sequence[Processor]) -> str:
     """Table of the goals and the counts, for kernels that were counted; a missed goal is marked."""
-    boards = [(one, scalar) for one in by_name(processors) if one.goal for scalar in one.scalars]
+    boards = [(one, scalar) for one in latest_processors(processors) if one.goal for scalar in one.scalars]
     by_kernel: dict[tuple[str, ...], list[EmulatedRow]] = {}
     for row in rows:
         kernel = row.emulated
@@ -141,8 +146,8 @@ def _marked(value: int, most: float) -> str:
 
 def summary(run: Run) -> str:
     """The most costly call of each kernel, in double precision if that was counted, and what failed."""
-    emulated = rows(run.record.emulated)
-    scalar = shown_scalar(emulated)
+    emulated = emulated_rows(run.record.emulated)
+    scalar = table_scalar(emulated)
     shown = (r.emulated for r in emulated if r.emulated.scalar == scalar and r.emulated.target != REFERENCE)
     targets = list(dict.fromkeys(each.target for each in shown))
     lines = []
@@ -174,7 +179,7 @@ def _most(own: Sequence[EmulatedRow], target: str, scalar: str) -> str:
 
 def section(run: Run, drawn: frozenset[str]) -> str:
     """A table for each processor: mean instructions by class of demand, the worst call, flash and memory."""
-    emulated = rows(run.record.emulated)
+    emulated = emulated_rows(run.record.emulated)
     if not emulated:
         return ""
     parts = [
@@ -187,7 +192,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     ]
     counted = [row for row in emulated if row.emulated.instructions and row.emulated.target != REFERENCE]
     processors = run.record.processors
-    known = assumed(processors)
+    known = assumed_cpi(processors)
     for target in dict.fromkeys(row.emulated.target for row in counted):
         own = [row for row in counted if row.emulated.target == target]
         parts += [f"### {plain(target)}\n", _target(own)]

@@ -5,8 +5,8 @@ from statistics import median
 
 from alloc.vehicle.frame import FRAMES, described
 from bench.record import NO_VEHICLE, Worker
-from bench.report.verdict import cut_logs
-from bench.results.quantiles import most
+from bench.report.verdict import cut_log_notes
+from bench.results.quantiles import largest
 from bench.results.rows import Run
 from bench.results.text import percent, plain, table, three
 
@@ -58,7 +58,7 @@ def memory(run: Run, drawn: frozenset[str]) -> str:
         imports = [w.import_ns for w in workers[name] if w.import_ns is not None and name != "noop"]
         # Without anything to import, a first build may be quicker than later ones: that counts as zero.
         import_ms = max(median(imports), 0.0) / 1e6 if imports else None
-        held = most(row.allocator_bytes for row in run.rows if row.method == name)
+        held = largest(row.allocator_bytes for row in run.rows if row.method == name)
         lines.append([name, three(peak), three(over), three(held and held / 1000), three(import_ms)])
     headers = ("method", "peak [MB]", "over an empty worker [MB]", "allocator [kB]", "import [ms]")
     text = (
@@ -72,7 +72,7 @@ def memory(run: Run, drawn: frozenset[str]) -> str:
 
 
 def _peak_MB(workers: list[Worker]) -> float | None:
-    peak = most(worker.peak_rss_bytes for worker in workers)
+    peak = largest(worker.peak_rss_bytes for worker in workers)
     return None if peak is None else peak / 1e6
 
 
@@ -164,6 +164,6 @@ def limits(run: Run, drawn: frozenset[str]) -> str:
     measured = [row for row in run.rows if not row.failed]
     noisy = sum(bool(row.measured.disturbances) for row in measured) > len(measured) / 10
     virtual = run.record.header.machine.get("virtual")
-    cut = "".join(f"- {sentence}\n" for sentence in cut_logs(run, plain))
+    cut = "".join(f"- {sentence}\n" for sentence in cut_log_notes(run, plain))
     times = LIMITS_DRIVER if run.by_driver else LIMITS_PYTHON
     return "## Limits\n\n" + times + LIMITS + cut + (VIRTUAL if virtual else "") + (NOISY if noisy else "")

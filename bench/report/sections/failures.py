@@ -4,8 +4,8 @@ from collections import defaultdict
 from operator import attrgetter
 
 from bench.results.columns import Row
-from bench.results.quantiles import most
-from bench.results.ranking import objection, off
+from bench.results.quantiles import largest
+from bench.results.ranking import has_wrong_answer, objection
 from bench.results.rows import Run
 from bench.results.text import table, three
 
@@ -18,7 +18,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         " Distances are to the optimum of the same formulation, over the largest thrust limit"
         f"{'; where they matter, less what rounding of a demand explains' if run.by_driver else ''}.\n",
         _agreement([row for row in run.rows if not row.failed]),
-        _wrong([row for row in run.rows if off(row)]),
+        _wrong([row for row in run.rows if has_wrong_answer(row)]),
         _unmeasured([row for row in run.rows if row.failed]),
     ]
     return "\n".join(part for part in parts if part)
@@ -33,7 +33,8 @@ def _agreement(rows: list[Row]) -> str:
     for label, group in sorted(by_label.items()):
         agreeing = sum(row.agreed is True for row in group)
         distance, promise, gap = (
-            most(map(attrgetter(name), group)) for name in ("distance_relative", "tolerance", "gap_relative")
+            largest(map(attrgetter(name), group))
+            for name in ("distance_relative", "tolerance", "gap_relative")
         )
         answers = group[0].formulation
         lines.append(

@@ -3,7 +3,7 @@
 from alloc.allocation import WRENCH_TOLERANCE
 from bench.record import Problem
 from bench.results.columns import Row
-from bench.results.ranking import best, largest_loss
+from bench.results.ranking import best_rows, largest_loss
 from bench.results.rows import Run
 from bench.results.text import percent, plain, table, three
 
@@ -100,9 +100,9 @@ def mission(run: Run, drawn: frozenset[str]) -> str:
     """A table for each vehicle whose flight was measured before and after a failure."""
     parts = []
     for vehicle in run.vehicles:
-        before = {row.method: row for row in best(run, vehicle, BEFORE)}
+        before = {row.method: row for row in best_rows(run, vehicle, BEFORE)}
         for degraded in _degraded(run, vehicle):
-            after = {row.method: row for row in best(run, degraded, AFTER)}
+            after = {row.method: row for row in best_rows(run, degraded, AFTER)}
             lines = [[name, *_numbers(row, after[name])] for name, row in before.items() if name in after]
             if lines:
                 parts += [f"### {plain(vehicle)}, then {plain(degraded)}\n", table(MISSION_HEADERS, lines)]

@@ -5,25 +5,25 @@ from bench.record import NO_VEHICLE, SERVED_WITHIN
 from bench.record.schema import machine_name
 from bench.report.pictures import picture
 from bench.report.readme import served_share
-from bench.report.verdict import cut_logs, loop_of, sure, usual, whose_rate
+from bench.report.verdict import cut_log_notes, opening_loop, rate_note, trust_note, usual_verdicts
 from bench.results.columns import Row
-from bench.results.ranking import best, complete, exact, off, optimal, right
+from bench.results.ranking import best_rows, has_wrong_answer, is_complete, is_exact, is_optimal, is_right
 from bench.results.rows import Run
-from bench.results.text import counted, number_range, plain, three
+from bench.results.text import number_range, plain, plural, three
 
 
 def opening(run: Run, drawn: frozenset[str]) -> str:
     """The verdicts at the usual control rate, the machine's noise, and the picture of both sides."""
-    said = usual(run)
+    said = usual_verdicts(run)
     if not said:
         return ""
     name = machine_name(run.record.header.machine)
-    cut = "".join(f" {sentence}" for sentence in cut_logs(run, plain))
+    cut = "".join(f" {sentence}" for sentence in cut_log_notes(run, plain))
     return "\n".join(
         [
-            "\n".join(f"- {plain(sentence)}" for sentence in [*said, *whose_rate(run)]) + "\n",
-            f"How sure: {plain(name)} was {plain(sure(run))} Another rate than {loop_of(run).rate_hz:g} Hz:"
-            f" `thrustbench size DIR --rate HZ`.{cut}\n",
+            "\n".join(f"- {plain(sentence)}" for sentence in [*said, *rate_note(run)]) + "\n",
+            f"How sure: {plain(name)} was {plain(trust_note(run))}"
+            f" Another rate than {opening_loop(run).rate_hz:g} Hz: `thrustbench size DIR --rate HZ`.{cut}\n",
             picture("overview.svg", "what a call costs, and what is lost without limits", drawn),
         ]
     )
@@ -41,22 +41,22 @@ def headline(run: Run, drawn: frozenset[str]) -> str:
 
 def fastest_exact(rows: list[Row]) -> Row | None:
     """The first exact row of rows sorted by time."""
-    return next((row for row in rows if exact(row)), None)
+    return next((row for row in rows if is_exact(row)), None)
 
 
 def fastest_solver(rows: list[Row], *, as_c: bool = False) -> Row | None:
     """The first exact row that calls a QP solver, by its binding or as its own C, of rows sorted by time."""
     called = (row for row in rows if row.described.solver and (row.family == Family.GENERATED) == as_c)
-    return next((row for row in called if exact(row)), None)
+    return next((row for row in called if is_exact(row)), None)
 
 
-def named(rows: list[Row], method: str) -> Row | None:
+def row_of_method(rows: list[Row], method: str) -> Row | None:
     """The first row of that method."""
     return next((row for row in rows if row.method == method), None)
 
 
 def _typical(run: Run) -> list[list[Row]]:
-    return [best(run, vehicle, demands) for vehicle in run.vehicles for demands in run.leading(vehicle)]
+    return [best_rows(run, vehicle, demands) for vehicle in run.vehicles for demands in run.leading(vehicle)]
 
 
 def _cost(run: Run) -> str:
@@ -71,7 +71,7 @@ def _cost(run: Run) -> str:
         names.append(row.label)
         vehicles.add(row.vehicle)
         for method, ratios in over.items():
-            ratios += [time / other for other in [_us(named(rows, method))] if other]
+            ratios += [time / other for other in [_us(row_of_method(rows, method))] if other]
         over_c += [other / time for other in [_us(fastest_solver(rows, as_c=True))] if other]
         if solver is not None and solver_us and solver is not row:
             over_solver.append(solver_us / time)
@@ -80,7 +80,7 @@ def _cost(run: Run) -> str:
         return ""
     text = (
         "The exact constrained allocation (eq. 4-5) takes"
-        f" {number_range(exact_us)} µs a call on {counted(len(vehicles), 'vehicle')}"
+        f" {number_range(exact_us)} µs a call on {plural(len(vehicles), 'vehicle')}"
         f" ({_code(max(set(names), key=names.count))}, medians)"
     )
     comparisons = [f"{number_range(over[m])} times {words}" for m, words in CLOSED_FORMS.items() if over[m]]
@@ -99,7 +99,7 @@ def _cost(run: Run) -> str:
 def _loss(run: Run) -> str:
     served, lost, turned, hopeless = [], [], [], False
     for rows in _typical(run):
-        pinv = named(rows, "pinv")
+        pinv = row_of_method(rows, "pinv")
         if pinv is not None:
             served += [100 * share for share in _numbers(served_share(run, pinv.vehicle, pinv))]
             lost += _numbers(pinv.lost_wrench_max)
@@ -128,10 +128,10 @@ def _loss(run: Run) -> str:
 def _trust(run: Run) -> str:
     rows = [row for row in run.rows if row.vehicle != NO_VEHICLE and not row.described.yardstick]
     failed = sum(row.failed is not None for row in rows)
-    wrong = sum(row.failed is None and off(row) for row in rows)
+    wrong = sum(row.failed is None and has_wrong_answer(row) for row in rows)
     # A solver that gives up, or stops early with the status for it, breaks no promise and still serves less
     # than it could.
-    short = sum(right(row) and optimal(row) and not complete(row) for row in rows)
+    short = sum(is_right(row) and is_optimal(row) and not is_complete(row) for row in rows)
     text = f"Every timed answer was judged. Of {len(rows)} rows {len(rows) - failed - wrong} are right"
     if short:
         text += f" ({short} of them of optimising methods that stop short of some demand that can be met)"

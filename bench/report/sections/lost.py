@@ -5,8 +5,8 @@ from collections.abc import Callable
 from alloc.allocation import WRENCH_TOLERANCE
 from alloc.formulations.scaled import FORMULATION as SCALED
 from bench.results.columns import Row
-from bench.results.quantiles import most
-from bench.results.ranking import best
+from bench.results.quantiles import largest
+from bench.results.ranking import best_rows
 from bench.results.rows import Run
 from bench.results.text import percent, plain, table, three
 
@@ -32,7 +32,9 @@ def _vehicle(run: Run, vehicle: str) -> list[str]:
     # On inactive demands the closed forms are the optimum, so no method loses anything by design.
     hard = [name for name in asked if name != "inactive"] or asked
     leading = [name for name in run.leading(vehicle) if name in hard] or hard[:1]
-    rows = [row for name in leading for row in best(run, vehicle, name) if row.lost_wrench_max is not None]
+    rows = [
+        row for name in leading for row in best_rows(run, vehicle, name) if row.lost_wrench_max is not None
+    ]
     shown = list({row.label: row for row in reversed(rows)}.values())[::-1]
 
     def kept(label: str, sets: list[str]) -> bool:
@@ -47,9 +49,9 @@ def _vehicle(run: Run, vehicle: str) -> list[str]:
         alike = [other for name in leading if (other := by_set[name].get(row.label))]
         cells = (
             *(_lost(by_set[name].get(row.label)) for name in sets),
-            _met(most(other.direction_error_max_deg for other in alike), three),
-            _met(most(other.limits_violated_share for other in alike), percent),
-            _met(most(other.effort_over_optimum_max for other in alike), percent),
+            _met(largest(other.direction_error_max_deg for other in alike), three),
+            _met(largest(other.limits_violated_share for other in alike), percent),
+            _met(largest(other.effort_over_optimum_max for other in alike), percent),
         )
         lines.setdefault(cells, []).append(row)
     if not lines:

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 from alloc.allocation import WRENCH_TOLERANCE
 from bench.results.columns import Row
-from bench.results.ranking import best, largest_loss, right
+from bench.results.ranking import best_rows, is_right, largest_loss
 from bench.results.rows import Run
-from bench.results.text import counted, number_range, percent, plain, table, three
+from bench.results.text import number_range, percent, plain, plural, table, three
 
 MET, BEYOND, MIXED = "attainable", "not attainable", "some attainable"
 CLIP = "clip"
@@ -48,7 +48,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         own = [one for one in priced if one.row.method == method]
         cells = [cell for kind in kinds for cell in _cells([one for one in own if one.kind == kind], kind)]
         lines.append([method, own[0].row.title, *cells, _below_clip(own)])
-    vehicles = counted(len({one.row.vehicle for one in priced}), "vehicle")
+    vehicles = plural(len({one.row.vehicle for one in priced}), "vehicle")
     sets = ", ".join(f"{kind}: {_names(run, priced, kind)}" for kind in kinds)
     caller = "from the board's driver" if run.by_driver else "from Python"
     said = INTRODUCTION.format(vehicles=vehicles, sets=sets, caller=caller)
@@ -69,12 +69,12 @@ def _priced(run: Run, vehicle: str) -> Iterable[Priced]:
     shown: set[str] = set()
     for demands in run.sets(vehicle):
         kind = kind_of(run, vehicle, demands)
-        rows = best(run, vehicle, demands)
+        rows = best_rows(run, vehicle, demands)
         if not kind or not rows or (kind in shown and not run.given(vehicle, demands)):
             continue
         shown.add(kind)
         clip = next((row for row in rows if CLIP in (row.method, row.described.twin)), None)
-        yield from (Priced(kind, row, clip) for row in rows if row.described.twin and right(row))
+        yield from (Priced(kind, row, clip) for row in rows if row.described.twin and is_right(row))
 
 
 def _cells(own: list[Priced], kind: str) -> list[str]:

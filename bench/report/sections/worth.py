@@ -1,21 +1,21 @@
 """Report section: for each vehicle the few methods worth considering."""
 
-from bench.report.readme import lost, not_counted, served
-from bench.report.verdict import loop_of
+from bench.report.readme import loss_text, served_text, uncounted_methods
+from bench.report.verdict import opening_loop
 from bench.results.columns import Row
 from bench.results.ranking import (
-    best,
-    complete,
-    exact,
+    best_rows,
+    is_complete,
+    is_exact,
+    is_optimal,
+    is_right,
     objection,
-    optimal,
-    own_without_time,
-    right,
-    worth_considering,
+    shortlist,
+    unmeasured_plugins,
 )
 from bench.results.rows import Run
 from bench.results.sizing import sizes
-from bench.results.text import counted, plain, table, three
+from bench.results.text import plain, plural, table, three
 
 HEADERS = ("method", "answers", "median [µs]", "p99.9 [µs]", "wrench lost, worst", "served", "memory [MB]")
 
@@ -25,18 +25,18 @@ MEDIANS = " A median is over batches of calls: on a log, whose calls differ, it 
 def section(run: Run, drawn: frozenset[str]) -> str:
     """A table for each vehicle and log: what none beats in time and loss, and what it is held against."""
     parts = []
-    first = {size.vehicle: size.method for size in reversed(sizes(run, loop_of(run)))}
+    first = {size.vehicle: size.method for size in reversed(sizes(run, opening_loop(run)))}
     for vehicle in run.vehicles:
         for demands in run.leading(vehicle):
-            measured = best(run, vehicle, demands)
-            rows = worth_considering(measured, first.get(vehicle, ""))
-            gone = own_without_time(run, vehicle, demands)
+            measured = best_rows(run, vehicle, demands)
+            rows = shortlist(measured, first.get(vehicle, ""))
+            gone = unmeasured_plugins(run, vehicle, demands)
             lines = [*(_line(run, row) for row in rows), *map(_not_measured, gone)]
             if lines:
                 parts += [f"### {plain(vehicle)}, {plain(demands)} demands\n", table(HEADERS, lines)]
-                parts += left_out(len(measured) - len(rows))
+                parts += omission_note(len(measured) - len(rows))
         if capability := run.capability(vehicle):
-            parts += [f"{plain(line)}.\n" for line in not_counted(capability)]
+            parts += [f"{plain(line)}.\n" for line in uncounted_methods(capability)]
     if not parts:
         return ""
     own = any(method.plugin for method in run.record.methods)
@@ -55,16 +55,16 @@ def section(run: Run, drawn: frozenset[str]) -> str:
 def answers(row: Row) -> str:
     """Answers of a row in words; near an optimum where only a solver's tolerance misses it."""
     title = row.title
-    if not right(row):
+    if not is_right(row):
         return f"wrong: {objection(row)}"
-    if not optimal(row) or exact(row):
+    if not is_optimal(row) or is_exact(row):
         return title
-    return f"near {title}" if complete(row) else f"aims at {title}, misses some that can be met"
+    return f"near {title}" if is_complete(row) else f"aims at {title}, misses some that can be met"
 
 
-def left_out(n: int) -> list[str]:
+def omission_note(n: int) -> list[str]:
     """A line below a table of report.md that lacks ``n`` methods; none where it has all."""
-    return [f"Not shown: {counted(n, 'method')}, in `details.md`.\n"] if n else []
+    return [f"Not shown: {plural(n, 'method')}, in `details.md`.\n"] if n else []
 
 
 def _not_measured(row: Row) -> list[str]:
@@ -74,4 +74,11 @@ def _not_measured(row: Row) -> list[str]:
 
 def _line(run: Run, row: Row) -> list[str]:
     times = [three(row.call_p50_us), three(run.tail_us(row, 0.999))]
-    return [row.label, answers(row), *times, lost(row), served(run, row.vehicle, row), three(row.peak_rss_MB)]
+    return [
+        row.label,
+        answers(row),
+        *times,
+        loss_text(row),
+        served_text(run, row.vehicle, row),
+        three(row.peak_rss_MB),
+    ]

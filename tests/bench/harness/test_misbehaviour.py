@@ -9,7 +9,7 @@ from click.testing import CliRunner, Result
 
 from bench.__main__ import cli
 from bench.record import Cell, Record, read
-from bench.results.ranking import right
+from bench.results.ranking import is_right
 from bench.results.rows import gather
 from tests.places import ROOT
 from tests.plugin_files import BODIES, write_plugin
@@ -142,7 +142,7 @@ def test_a_method_that_is_off_after_a_failure_only_is_wrong_in_each_row_and_name
     assert [row.failed for row in rows] == [None, None]
     for row in rows:
         assert row.agreed is not False
-        assert not right(row)
+        assert not is_right(row)
     (line,) = [
         line for line in result.output.splitlines() if line.startswith("off-after-a-failure on ukwial")
     ]

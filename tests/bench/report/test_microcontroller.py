@@ -3,7 +3,7 @@
 from bench.chips.target import target
 from bench.record import Emulated
 from bench.report.sections.emulation import microcontroller
-from bench.results.emulated import rows
+from bench.results.emulated import emulated_rows
 
 M4F = [target("cortex-m4f").facts]
 
@@ -36,7 +36,7 @@ def cells(text: str, method: str) -> list[str]:
 def test_the_most_of_all_demands_and_all_wrong_verdicts_stand_in_one_line_a_method() -> None:
     solver = {"method": "qp/daqp@generated", "solver": "daqp"}
     text = microcontroller(
-        rows(
+        emulated_rows(
             [
                 counted(**solver, demands="active", most=2000),
                 counted(**solver, demands="infeasible", most=3000, wrong=2),
@@ -63,10 +63,10 @@ def test_a_vehicle_that_no_solver_was_counted_on_is_left_out() -> None:
         counted("nullspace@native", "active", most, vehicle=name)
         for name, most in (("ukwial", 100), ("box8", 999))
     ]
-    text = microcontroller(rows([solver, *ours]), M4F)
+    text = microcontroller(emulated_rows([solver, *ours]), M4F)
     assert "box8" not in text
     assert cells(text, "nullspace@native")[1:3] == ["100", "100"]
 
 
 def test_without_a_solver_s_c_there_is_nothing_to_compare() -> None:
-    assert microcontroller(rows([counted("nullspace@native", "active", 100)]), M4F) == ""
+    assert microcontroller(emulated_rows([counted("nullspace@native", "active", 100)]), M4F) == ""

@@ -13,7 +13,7 @@ from bench.report.pictures.runs import overview
 from bench.report.pictures.style import SETTINGS, share_axis
 from bench.report.sections import cost as times
 from bench.report.sections import facts
-from bench.report.terminal import missed
+from bench.report.terminal import miss_text
 from bench.results.rows import Run, read_run
 from tests import made_up
 
@@ -76,7 +76,7 @@ def test_what_leaving_limits_out_costs_is_of_demands_that_can_be_met_as_on_the_t
     _, right = figure.axes
     (line,) = right.get_lines()
     assert line.get_xdata()[0] == pytest.approx(7.0)
-    assert missed(list(run.rows)) == f"{line.get_xdata()[0]:g}%"
+    assert miss_text(list(run.rows)) == f"{line.get_xdata()[0]:g}%"
     assert "that can be met (line)" in right.get_xlabel()
 
 

@@ -16,11 +16,11 @@ from alloc import load_vehicle
 from alloc.formulations import Family
 from bench.record import Curve
 from bench.report.pictures.labels import label_points
-from bench.report.pictures.methods import at_least
+from bench.report.pictures.methods import tail_curve
 from bench.report.pictures.sketch import thrust_curve
-from bench.report.pictures.style import DARK, FAMILIES, SETTINGS, looks
-from bench.report.pictures.vehicles import alike
-from bench.results.ranking import front
+from bench.report.pictures.style import DARK, FAMILIES, SETTINGS, line_styles
+from bench.report.pictures.vehicles import group_curves
+from bench.results.ranking import pareto_front
 
 positive = st.floats(1e-3, 1e3)
 points = st.lists(st.tuples(positive, positive), min_size=1, max_size=30)
@@ -30,7 +30,7 @@ points = st.lists(st.tuples(positive, positive), min_size=1, max_size=30)
 def test_the_front_holds_the_points_that_no_other_point_beats_and_no_others(
     drawn: list[tuple[float, float]],
 ) -> None:
-    kept = front(drawn)
+    kept = pareto_front(drawn)
     for point in drawn:
         beaten = any(other[0] <= point[0] and other[1] <= point[1] and other != point for other in drawn)
         assert (point in kept) == (not beaten)
@@ -53,7 +53,7 @@ def test_labels_overlap_neither_each_other_nor_the_frame(places: np.ndarray) -> 
 
 def test_methods_of_one_family_share_its_colour_and_have_dashes_of_their_own() -> None:
     families = {"pinv": Family.CLOSED_FORM, "walsh": Family.CLOSED_FORM, "clip": Family.PRACTICE}
-    styles = looks(families.items())
+    styles = line_styles(families.items())
     assert len(set(styles.values())) == len(families)
     assert {method: colour for method, (colour, _) in styles.items()} == {
         method: FAMILIES[family] for method, family in families.items()
@@ -64,11 +64,11 @@ def test_curves_that_coincide_stand_by_name_however_their_sums_round() -> None:
     """0.1 added up ten times is 1 in Python 3.12 and less by 1e-16 in 3.11."""
     ways = {"walsh": [1.0, 0.0], "clip": [1.0 - 1e-16, 1e-16], "pinv": [1.0 + 2e-16, 0.0]}
     curves = [Curve(method=name, size=[1.0, 2.0], error_p50=way, error_max=way) for name, way in ways.items()]
-    assert [methods for methods, _ in alike(curves)] == [["clip", "pinv", "walsh"]]
+    assert [methods for methods, _ in group_curves(curves)] == [["clip", "pinv", "walsh"]]
 
 
 def test_a_tail_curve_falls_from_all_calls_to_the_slowest() -> None:
-    times, share = at_least([(1000, 90), (2000, 9), (5000, 1)])
+    times, share = tail_curve([(1000, 90), (2000, 9), (5000, 1)])
     assert times == [1.0, 2.0, 5.0]
     assert share == [1.0, 0.1, 0.01]
 

@@ -18,7 +18,7 @@ from bench.record import Batch, Cell, Emulated, Event, Judged, Key, Method
 from bench.report import render
 from bench.report.page import details, page
 from bench.report.sections import cost, emulation, failures, headline, worth
-from bench.report.sections.cost import unmet
+from bench.report.sections.cost import count_disjoint
 from bench.results.rows import read_run
 from bench.results.text import number_range, plain, table, three
 from tests import made_up
@@ -126,7 +126,7 @@ def test_repeats_whose_intervals_of_p99_do_not_meet_are_counted(
     ]
     once = made_up.cell(key=Key("ukwial", "inactive", "pinv"))
     run = read_run(made_up.record(tmp_path, made_up.header(), *repeats, once))
-    assert unmet(run.rows) == (apart, 1)
+    assert count_disjoint(run.rows) == (apart, 1)
     assert f"in {apart} of 1 rows" in detailed(tmp_path)
 
 

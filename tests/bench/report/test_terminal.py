@@ -10,7 +10,7 @@ from alloc.formulations import Family
 from bench.record import Capability, Cell, Judged, Key, Method, Served, Unserved
 from bench.report.readme import served_share
 from bench.report.sections import worth
-from bench.report.terminal import missed, objections, served, show
+from bench.report.terminal import miss_text, objections, served_shares, show
 from bench.results.rows import read_run
 from tests.made_up import cell, exact_cell, header, problem, record
 
@@ -48,9 +48,9 @@ def test_the_share_served_is_the_whole_vehicle_s_or_that_of_the_uniform_set(tmp_
     ]
     run = read_run(record(tmp_path, header(), CAPABILITY, *cells))
     by_method = {name: [row for row in run.rows if row.method == name] for name in ("pinv", "qp/x", "qp/y")}
-    assert served(run, by_method["pinv"]) == [0.7]
-    assert served(run, by_method["qp/x"]) == [1.0]
-    assert served(run, by_method["qp/y"]) == []
+    assert served_shares(run, by_method["pinv"]) == [0.7]
+    assert served_shares(run, by_method["qp/x"]) == [1.0]
+    assert served_shares(run, by_method["qp/y"]) == []
 
 
 def test_the_terminal_and_the_report_say_the_same_of_what_is_served(tmp_path: Path) -> None:
@@ -68,13 +68,13 @@ def test_the_terminal_and_the_report_say_the_same_of_what_is_served(tmp_path: Pa
     expected = {"nullspace": [1.0], "scaled@library": [1.0], "qp/daqp": [1.0], "pinv": [0.7], "rule": []}
     for row in run.rows:
         share = served_share(run, "ukwial", row)
-        assert served(run, [row]) == ([] if share is None else [share]) == expected[row.method]
+        assert served_shares(run, [row]) == ([] if share is None else [share]) == expected[row.method]
 
 
 def test_infeasible_demands_do_not_count_as_missed(tmp_path: Path) -> None:
     cells = [on("active", "clip", 0.25, 0.5), on("infeasible", "clip", 0.5, 0.0), on("box", "clip", 0.6, 0.0)]
     run = read_run(record(tmp_path, header(), *cells))
-    assert missed(list(run.rows)) == "25%"
+    assert miss_text(list(run.rows)) == "25%"
 
 
 def test_a_demand_without_thrusts_loses_its_whole_wrench(tmp_path: Path) -> None:
@@ -90,7 +90,7 @@ def test_a_demand_without_thrusts_loses_its_whole_wrench(tmp_path: Path) -> None
         ),
     )
     run = read_run(record(tmp_path, header(), gave_up))
-    assert missed(list(run.rows)) == "100%"
+    assert miss_text(list(run.rows)) == "100%"
 
 
 def test_a_method_that_failed_on_a_set_is_not_said_to_miss_nothing_of_the_others(tmp_path: Path) -> None:
@@ -101,12 +101,12 @@ def test_a_method_that_failed_on_a_set_is_not_said_to_miss_nothing_of_the_others
     for lines, said in (((inside, failed), ""), ((inside, elsewhere), "0%")):
         folder = tmp_path / f"{len(said)}"
         folder.mkdir()
-        assert missed(list(read_run(record(folder, header(), *lines)).rows)) == said
+        assert miss_text(list(read_run(record(folder, header(), *lines)).rows)) == said
 
 
 def test_a_loss_of_rounding_is_shown_as_zero(tmp_path: Path) -> None:
     run = read_run(record(tmp_path, header(), on("active", "nullspace", 1e-15, 1.0)))
-    assert missed(list(run.rows)) == "0%"
+    assert miss_text(list(run.rows)) == "0%"
 
 
 def test_the_table_names_its_columns_and_their_units(tmp_path: Path) -> None:
@@ -232,4 +232,4 @@ def test_a_log_s_misses_are_shown_although_it_asks_too_much_as_well(tmp_path: Pa
     assert log.judged is not None
     judged = msgspec.structs.replace(log.judged, missed_max=0.19)
     run = read_run(record(tmp_path, header(), msgspec.structs.replace(log, judged=judged)))
-    assert missed(list(run.rows)) == "19%"
+    assert miss_text(list(run.rows)) == "19%"

@@ -10,7 +10,7 @@ from bench.report import together
 from bench.report.sections import worth
 from bench.report.sizes import page as sizes_page
 from bench.report.verdict import USUAL
-from bench.results.machines import NamedRun, measured_in_part, on_all
+from bench.results.machines import NamedRun, count_partial_methods, sizes_on_all
 from bench.results.rows import read_run
 from bench.results.sizing import sizes
 from tests import made_up
@@ -114,8 +114,8 @@ def test_methods_that_not_every_machine_measured_are_counted(many: NamedRun, tmp
     other = run(tmp_path / "other", "two", exact("m00", 2.0))
     sized = {machine.name: sizes(machine.run, USUAL) for machine in (many, other)}
     everyone = {size.method for own in sized.values() for size in own}
-    left_out = len(everyone) - len({size.method for size in on_all(sized)})
-    assert measured_in_part(sized) == {"ukwial": left_out}
+    left_out = len(everyone) - len({size.method for size in sizes_on_all(sized)})
+    assert count_partial_methods(sized) == {"ukwial": left_out}
     said = f"- ukwial: {left_out} methods without a verdict, not measured on every machine."
     assert said in together.page([many, other])
     assert "without a verdict" not in together.page([many, NamedRun("two", many.run)])

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from bench.__main__ import cli
 from bench.record import Cell, Judged, Key, Method, Problem, Quiet
 from bench.report import together
-from bench.report.verdict import rate_of, sure, usual, verdicts, whose_rate
+from bench.report.verdict import rate_note, rate_of, trust_note, usual_verdicts, verdicts
 from bench.results.machines import read_machines
 from bench.results.rows import read_run
 from bench.results.size import Loop
@@ -328,10 +328,10 @@ def test_vehicles_with_the_same_verdict_share_a_line(tmp_path: Path) -> None:
 
 def test_a_log_s_own_rate_is_the_rate_of_the_report_and_of_size(tmp_path: Path) -> None:
     made_up.record(tmp_path, made_up.header(), log(), on_log("scaled", 2))
-    assert usual(read_run(tmp_path))[0].startswith("ukwial at 50 Hz: take scaled")
+    assert usual_verdicts(read_run(tmp_path))[0].startswith("ukwial at 50 Hz: take scaled")
     assert CliRunner().invoke(cli, ["size", str(tmp_path)]).output.startswith("ukwial at 50 Hz: take scaled")
     made_up.record(tmp_path, made_up.header(), log(given=False), on_log("scaled", 2))
-    assert usual(read_run(tmp_path))[0].startswith("ukwial at 100 Hz")
+    assert usual_verdicts(read_run(tmp_path))[0].startswith("ukwial at 100 Hz")
     done = CliRunner().invoke(cli, ["size", str(tmp_path)])
     assert done.exit_code == 2
     assert "no log with a rate of its own" in done.output
@@ -343,7 +343,7 @@ def test_how_sure_that_is_counts_the_rows_that_the_machine_disturbed(
 ) -> None:
     cells = [replace(steady(name, 1, exact=True), quiet=Quiet(steal_ticks=steal)) for name in "ab"]
     run = read_run(made_up.record(tmp_path, made_up.header(), *cells))
-    assert sure(run).startswith(f"{word} rows disturbed")
+    assert trust_note(run).startswith(f"{word} rows disturbed")
 
 
 @pytest.fixture
@@ -380,7 +380,7 @@ def test_where_logs_have_several_rates_it_is_said_whose_is_taken(tmp_path: Path)
         asked = replace(made_up.problem(vehicle), demands=name, rate_hz=rate_hz, given=True)
         cell = replace(made_up.exact_cell(vehicle, "nullspace", 2.0), key=Key(vehicle, name, "nullspace"))
         folders.append(made_up.record(tmp_path / vehicle, made_up.header(), asked, cell))
-        assert whose_rate(read_run(folders[-1])) == []
+        assert rate_note(read_run(folders[-1])) == []
     said = "The rate is that of the fastest log, dive of rov, for every vehicle; hot of ukwial has 25 Hz."
     assert said in together.page(read_machines(folders))
     asked_of_size = CliRunner().invoke(cli, ["size", *map(str, folders)]).output

@@ -14,7 +14,7 @@ from bench.report.sections.headline import fastest_exact
 from bench.report.sections.worth import answers, section
 from bench.report.terminal import _verdict, objections, show
 from bench.results.columns import Row
-from bench.results.ranking import off
+from bench.results.ranking import has_wrong_answer
 from bench.results.rows import Run, read_run
 from tests import made_up
 
@@ -102,7 +102,7 @@ def test_a_plug_in_that_is_wrong_on_another_set_is_wrong_in_the_table(tmp_path: 
     active = next(row for row in run.rows if row.demands == "active")
     assert answers(active).startswith("wrong: farther from the optimum") == plugin
     assert (fastest_exact([active]) is None) == plugin
-    assert [row.demands for row in run.rows if off(row)] == ["inactive"]
+    assert [row.demands for row in run.rows if has_wrong_answer(row)] == ["inactive"]
     assert [line.count("inactive demands: 0.05 of") for line in objections(run.rows)] == [1]
 
 

@@ -13,11 +13,11 @@ from bench.chips.target import target, targets
 from bench.record import SCHEMA, Emulated, Header
 from bench.record.writer import Writer
 from bench.report import render
-from bench.results.emulated import Cpi, as_sizes, assumed, bands, rows, share
+from bench.results.emulated import Cpi, assumed_cpi, band_sizes, bands, emulated_rows, period_share
 from bench.results.size import Fit, Loop
 from tests import made_up
 
-M7 = assumed([target("cortex-m7").facts])
+M7 = assumed_cpi([target("cortex-m7").facts])
 positive = st.floats(1e-3, 1e9)
 
 
@@ -65,13 +65,15 @@ def directory(tmp_path: Path) -> Path:
 def test_a_share_is_the_time_over_the_period(instructions: float, clock_hz: float, rate_hz: float) -> None:
     cpi = Cpi(0.5, 4.0, "")
     period = 1.0 / rate_hz
-    for part, cycles in zip(share(instructions, clock_hz, rate_hz, cpi), (cpi.low, cpi.high), strict=True):
+    for part, cycles in zip(
+        period_share(instructions, clock_hz, rate_hz, cpi), (cpi.low, cpi.high), strict=True
+    ):
         assert part == pytest.approx(instructions * cycles / clock_hz / period)
 
 
 def test_every_assumption_on_cycles_is_a_band_with_a_basis() -> None:
     for one in targets():
-        found = assumed([one.facts]).get(one.name)
+        found = assumed_cpi([one.facts]).get(one.name)
         assert (found is None) == one.callgrind  # beside it all others stand
         if found is not None:
             assert 0 < found.low < found.high
@@ -79,7 +81,7 @@ def test_every_assumption_on_cycles_is_a_band_with_a_basis() -> None:
 
 
 def test_a_kernel_fits_may_fit_or_does_not_fit_as_the_budget_lies_above_in_or_below_its_band() -> None:
-    counted = rows([emulated("cortex-m7", "active", (1000, 1))])
+    counted = emulated_rows([emulated("cortex-m7", "active", (1000, 1))])
     for budget, fit in ((0.41, Fit.FITS), (0.39, Fit.MAY_FIT), (0.06, Fit.MAY_FIT), (0.04, Fit.DOES_NOT_FIT)):
         # 1,000 instructions at 1 MHz and 100 Hz: 0.5 to 4 ms of 10 ms.
         (band,) = bands(counted, 1e6, Loop(100.0, budget), {"cortex-m7": Cpi(0.5, 4.0, "")})
@@ -88,8 +90,10 @@ def test_a_kernel_fits_may_fit_or_does_not_fit_as_the_budget_lies_above_in_or_be
 
 
 def test_a_band_is_of_the_most_costly_call_over_all_demand_sets_and_x86_has_none(directory: Path) -> None:
-    counted = rows([emulated("cortex-m7", "active", (9, 1)), emulated("cortex-m7", "search", (11, 1))])
-    counted += rows([emulated("x86-64", "active", (8, 1))])
+    counted = emulated_rows(
+        [emulated("cortex-m7", "active", (9, 1)), emulated("cortex-m7", "search", (11, 1))]
+    )
+    counted += emulated_rows([emulated("x86-64", "active", (8, 1))])
     (band,) = bands(counted, 1e6, Loop(100.0, 0.1), M7)
     assert band.kernel.instructions == 11
 
@@ -99,7 +103,9 @@ def test_size_takes_the_largest_count_that_is_known_and_prints_the_bound(directo
     found = msgspec.structs.replace(
         emulated("cortex-m7", "search", (120, 1)), known=130, known_off=140, at_most=150, cycles=[60, 240]
     )
-    (band,) = bands(rows([emulated("cortex-m7", "active", (112, 1)), found]), 1e6, Loop(100.0, 0.1), M7)
+    (band,) = bands(
+        emulated_rows([emulated("cortex-m7", "active", (112, 1)), found]), 1e6, Loop(100.0, 0.1), M7
+    )
     assert (band.kernel.instructions, band.kernel.off, band.kernel.at_most) == (130, 140, 150)
     with Writer(directory) as writer:
         writer.resume()
@@ -112,28 +118,28 @@ def test_size_takes_the_largest_count_that_is_known_and_prints_the_bound(directo
 
 def test_a_kernel_with_an_uncounted_demand_set_is_never_said_to_fit() -> None:
     failed = msgspec.structs.replace(emulated("cortex-m7", "infeasible"), status="failed")
-    counted = rows([emulated("cortex-m7", "active", (1000, 1)), failed])
+    counted = emulated_rows([emulated("cortex-m7", "active", (1000, 1)), failed])
     for budget, fit in ((0.5, Fit.UNKNOWN), (0.04, Fit.DOES_NOT_FIT)):
         (band,) = bands(counted, 1e6, Loop(100.0, budget), {"cortex-m7": Cpi(0.5, 4.0, "")})
         assert (band.fit, band.kernel.missed) == (fit, ("infeasible",))
-    assert not bands(rows([failed]), 1e6, Loop(100.0, 0.5), M7)
+    assert not bands(emulated_rows([failed]), 1e6, Loop(100.0, 0.5), M7)
 
 
 def test_a_count_says_what_its_method_refuses_as_a_time_does() -> None:
     """size --board said 'refused' of what report.html called exact, and no more."""
     made = [emulated("cortex-m7", "active", (100, 3), method=f"{m}@native") for m in ("nullspace", "scaled")]
-    sized = as_sizes(bands(rows(made), 1e6, Loop(100), M7), Loop(100))
+    sized = band_sizes(bands(emulated_rows(made), 1e6, Loop(100), M7), Loop(100))
     assert {size.twin: size.refusal for size in sized} == {"nullspace": "what can't be met", "scaled": ""}
 
 
 def test_a_later_row_replaces_an_earlier_one_of_the_same_names() -> None:
-    (row,) = rows([emulated("cortex-m7", "active", (9, 1)), emulated("cortex-m7", "active", (7, 1))])
+    (row,) = emulated_rows([emulated("cortex-m7", "active", (9, 1)), emulated("cortex-m7", "active", (7, 1))])
     assert row.worst == 7
 
 
 def test_mean_and_ratio_to_x86_weigh_each_count_by_its_calls() -> None:
     counted = [emulated("cortex-m7", "active", (100, 3), (112, 1)), emulated("x86-64", "active", (80, 4))]
-    board = next(row for row in rows(counted) if row.emulated.target == "cortex-m7")
+    board = next(row for row in emulated_rows(counted) if row.emulated.target == "cortex-m7")
     assert board.mean == pytest.approx(103.0)
     assert board.cells["mean_over_x86"] == pytest.approx(103 / 80)
     assert board.worst_over_x86 == pytest.approx(112 / 80)

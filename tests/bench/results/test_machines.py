@@ -18,13 +18,13 @@ from bench.record import Batch, Cell, Emulated, Key, Line, Problem, RecordError
 from bench.record.schema import machine_name
 from bench.results.machines import (
     NamedRun,
-    differences,
-    incomparable,
+    comparison_obstacle,
+    find_differences,
     medians,
-    on_all,
+    order_changes,
     read_machines,
     sizes_of,
-    swapped,
+    sizes_on_all,
 )
 from bench.results.size import Fit, Loop, Size
 from bench.results.sizing import sizes
@@ -72,8 +72,8 @@ def test_what_differs_between_two_runs_is_said(tmp_path: Path) -> None:
         folder(tmp_path, "b", commit="two", versions=versions | {"daqp": "0.8"}),
     ]
     a, b = (machine.run for machine in read_machines(folders))
-    assert differences(a, a) == []
-    assert differences(a, b) == ["commit one and two", "daqp 0.7 and 0.8"]
+    assert find_differences(a, a) == []
+    assert find_differences(a, b) == ["commit one and two", "daqp 0.7 and 0.8"]
 
 
 @pytest.mark.parametrize(
@@ -91,7 +91,7 @@ def test_times_are_compared_only_where_the_same_was_asked(
     problem = made_up.problem("ukwial")
     folders = [folder(tmp_path, "a", problem), folder(tmp_path, "b", replace(problem, **changes), seed=seed)]
     a, b = (machine.run for machine in read_machines(folders))
-    assert incomparable(a, b, "ukwial", "active") == reason
+    assert comparison_obstacle(a, b, "ukwial", "active") == reason
 
 
 NUMBERS = {"numbers": [1.0, -0.2, 50.0, -50.0]}
@@ -151,7 +151,7 @@ def test_a_file_of_one_name_with_another_text_is_said(tmp_path: Path) -> None:
         folder(tmp_path, "b", files={"v4/casc.py": "3", "log.csv": "2", "more.csv": "4"}),
     ]
     a, b = (machine.run for machine in read_machines(folders))
-    assert differences(a, b) == ["the text of casc.py"]
+    assert find_differences(a, b) == ["the text of casc.py"]
 
 
 def test_a_call_from_python_is_not_compared_with_one_by_a_board_s_driver(tmp_path: Path) -> None:
@@ -161,9 +161,11 @@ def test_a_call_from_python_is_not_compared_with_one_by_a_board_s_driver(tmp_pat
     text = folders[1] / "record.jsonl"
     text.write_text(text.read_text().replace('"cores":2', '"port":"POSIX"'))
     a, b = (machine.run for machine in read_machines(folders))
-    assert incomparable(a, b, "ukwial", "active").startswith("one machine's calls were made from Python")
-    assert incomparable(b, b, "ukwial", "active") == ""
-    assert differences(a, b) == ["calls from Python and from a board's driver"]
+    assert comparison_obstacle(a, b, "ukwial", "active").startswith(
+        "one machine's calls were made from Python"
+    )
+    assert comparison_obstacle(b, b, "ukwial", "active") == ""
+    assert find_differences(a, b) == ["calls from Python and from a board's driver"]
 
 
 def on_board(place: Path, name: str, flags: str = "-O3", **form: str) -> Path:
@@ -189,15 +191,15 @@ def test_other_c_on_another_board_is_said_and_not_compared(
 ) -> None:
     folders = [on_board(tmp_path, "a", "-O0", **form), on_board(tmp_path, "b")]
     a, b = (machine.run for machine in read_machines(folders))
-    assert differences(a, b) == ["compiler's flags -O0 and -O3", differ]
-    assert incomparable(a, b, "ukwial", "active") == f"other C: {differ}"
+    assert find_differences(a, b) == ["compiler's flags -O0 and -O3", differ]
+    assert comparison_obstacle(a, b, "ukwial", "active") == f"other C: {differ}"
 
 
 def test_boards_that_ran_the_same_c_are_compared_whatever_their_flags(tmp_path: Path) -> None:
     folders = [on_board(tmp_path, "a", "-O0"), on_board(tmp_path, "b")]
     a, b = (machine.run for machine in read_machines(folders))
-    assert differences(a, b) == ["compiler's flags -O0 and -O3"]
-    assert incomparable(a, b, "ukwial", "active") == ""
+    assert find_differences(a, b) == ["compiler's flags -O0 and -O3"]
+    assert comparison_obstacle(a, b, "ukwial", "active") == ""
 
 
 def repeated(method: str, *us: float) -> list[Cell]:
@@ -220,7 +222,7 @@ def test_methods_change_places_only_where_all_repeats_say_so(tmp_path: Path) -> 
         folder(tmp_path, "b", *repeated("a", 5, 6), *repeated("b", 1, 2), *repeated("c", 1, 5.5)),
     ]
     rows = medians(read_machines(folders), "ukwial", "active")
-    assert swapped(rows, 0, 1) == [("a", "b")]
+    assert order_changes(rows, 0, 1) == [("a", "b")]
 
 
 def test_what_fits_on_all_machines_is_the_worst_of_them_and_asked_of_all(tmp_path: Path) -> None:
@@ -232,7 +234,7 @@ def test_what_fits_on_all_machines_is_the_worst_of_them_and_asked_of_all(tmp_pat
         folder(tmp_path, "b", steady("quick", 3, exact=True), steady("slow", 1500, exact=True), cpu="Slow"),
     ]
     sized = {machine.name: sizes(machine.run, LOOP) for machine in read_machines(folders)}
-    together = on_all(sized)
+    together = sizes_on_all(sized)
     assert [(size.label, size.fit, size.p50_us) for size in together] == [
         ("quick", Fit.FITS, 3.0),
         ("slow", Fit.DOES_NOT_FIT, 1500.0),
@@ -261,7 +263,7 @@ def test_an_emulated_processor_stands_among_machines_at_its_clock(tmp_path: Path
     machines: list[NamedRun] = read_machines([folder(tmp_path, "a", timed), emulated])
 
     def fits(loop: Loop) -> Size:
-        (size,) = on_all(sizes_of(machines, loop, 6e6))
+        (size,) = sizes_on_all(sizes_of(machines, loop, 6e6))
         return size
 
     assert fits(Loop(1000, 0.1)).fit == Fit.FITS

@@ -11,7 +11,7 @@ from bench.record import Batch, Cell, Key, Method
 from bench.results.quantiles import Tally
 from bench.results.rows import read_run
 from bench.results.size import LATE_SHARE, Fit, Loop, Size
-from bench.results.sizing import CHANCE, Pauses, Pool, pauses, sizes, whose
+from bench.results.sizing import CHANCE, Pauses, Pool, find_pauses, machine_excuse, sizes
 from tests import made_up
 from tests.bench.results.test_sizing import steady
 
@@ -27,7 +27,7 @@ def test_fixed_work_s_pauses_are_what_it_took_beyond_its_median(tmp_path: Path) 
     esc = made_up.cell("esc", singles=[(90, 9), (8000, 9)])  # nor do those of a board's NAME_esc
     esc.worst = [1.0]
     both = (yardstick, Method(name="esc", yardstick=True))
-    found = pauses(read_run(made_up.record(tmp_path, made_up.header(), *both, noop, slow, esc)))
+    found = find_pauses(read_run(made_up.record(tmp_path, made_up.header(), *both, noop, slow, esc)))
     assert found == Pauses([(5000, 1)], 6100)
     assert [found.late(limit_us, 10.0) for limit_us in (10, 14.999, 15)] == [1, 1, 0]
 
@@ -36,30 +36,31 @@ def test_all_late_calls_of_bounded_steps_are_the_machine_s_where_the_bound_fits(
     """A hundred steps, each as long as a median call of 10 µs, just fit 1,000 µs; 101 do not."""
     late = [(10_000, 10_000), (2_000_000, 50)]
     assert (
-        whose(Tally(late), 50, LIMIT_US, 10.0, 100, QUIET) == "its steps are bounded, so the machine was late"
+        machine_excuse(Tally(late), 50, LIMIT_US, 10.0, 100, QUIET)
+        == "its steps are bounded, so the machine was late"
     )
-    assert whose(Tally(late), 50, LIMIT_US, 10.0, 101, QUIET) == ""
+    assert machine_excuse(Tally(late), 50, LIMIT_US, 10.0, 101, QUIET) == ""
 
 
 def test_one_late_call_of_bounded_steps_is_the_machine_s_and_two_are_not() -> None:
     """The same demands were asked again and again: the steps of one would make many calls late."""
     singles = [(900_000, 10_000), (2_000_000, 2)]
     assert (
-        whose(Tally(singles), 1, LIMIT_US, 900.0, 50, QUIET)
+        machine_excuse(Tally(singles), 1, LIMIT_US, 900.0, 50, QUIET)
         == "its steps are bounded, so the machine was late"
     )
-    assert whose(Tally(singles), 2, LIMIT_US, 900.0, 50, QUIET) == ""
+    assert machine_excuse(Tally(singles), 2, LIMIT_US, 900.0, 50, QUIET) == ""
 
 
 def test_without_a_pause_of_fixed_work_nothing_else_is_excused() -> None:
-    assert whose(Tally([(10_000, 10_000), (2_000_000, 1)]), 1, LIMIT_US, 10.0, None, QUIET) == ""
+    assert machine_excuse(Tally([(10_000, 10_000), (2_000_000, 1)]), 1, LIMIT_US, 10.0, None, QUIET) == ""
 
 
 def test_a_pause_of_fixed_work_counts_only_where_it_is_as_long() -> None:
     singles = [(10_000, 10_000), (2_000_000, 1)]  # late by a pause of at least 990 µs
-    assert whose(Tally(singles), 1, LIMIT_US, 10.0, None, Pauses([(990_000, 1)], 10**8)) == ""
+    assert machine_excuse(Tally(singles), 1, LIMIT_US, 10.0, None, Pauses([(990_000, 1)], 10**8)) == ""
     assert (
-        whose(Tally(singles), 1, LIMIT_US, 10.0, None, Pauses([(990_001, 1)], 10**8))
+        machine_excuse(Tally(singles), 1, LIMIT_US, 10.0, None, Pauses([(990_001, 1)], 10**8))
         == "fixed work was late as often, so the machine was"
     )
 
@@ -76,7 +77,7 @@ def test_late_calls_are_excused_as_long_as_chance_allows(late: int, seen: int, s
     share = took / (took + fixed.exposure_ns)
     chance = sum(comb(n, k) * share**k * (1 - share) ** (n - k) for k in range(late, n + 1))
     calls = 100_000
-    verdict = whose(Tally([(took // calls, calls)]), late, LIMIT_US, 10.0, None, fixed)
+    verdict = machine_excuse(Tally([(took // calls, calls)]), late, LIMIT_US, 10.0, None, fixed)
     assert (verdict == "fixed work was late as often, so the machine was") == (chance >= CHANCE)
 
 
@@ -86,10 +87,10 @@ def test_what_is_late_more_often_than_a_fitting_method_may_be_is_not_excused_by_
     singles = [(10_000, 100_000)]
     most = round(LATE_SHARE * 100_000)
     assert (
-        whose(Tally(singles), most, LIMIT_US, 10.0, None, fixed)
+        machine_excuse(Tally(singles), most, LIMIT_US, 10.0, None, fixed)
         == "fixed work was late as often, so the machine was"
     )
-    assert whose(Tally(singles), most + 1, LIMIT_US, 10.0, None, fixed) == ""
+    assert machine_excuse(Tally(singles), most + 1, LIMIT_US, 10.0, None, fixed) == ""
 
 
 times = st.integers(1, 3_000).map(lambda us: 1000 * us)

@@ -11,7 +11,7 @@ from bench.record import Batch, Capability, Cell, Judged, Key, Method, Served
 from bench.record.canary import CanaryError, CanaryFile, read_canary
 from bench.report.readme import served_share
 from bench.results.rows import Run, read_run
-from bench.results.size import Fit, Loop, Size, judge
+from bench.results.size import Fit, Loop, Size, judge_times
 from bench.results.sizing import Transfer, sizes, transfer
 from tests import made_up
 
@@ -58,7 +58,7 @@ def labels(sizes: list[Size]) -> list[str]:
 def test_a_verdict_follows_from_median_tail_and_late_calls(
     p50: float | None, p999: float | None, slowest: float | None, bound: float | None, fit: Fit
 ) -> None:
-    verdict, reason = judge(HUNDRED_HZ.limit_us, p50, p999, slowest, bound)
+    verdict, reason = judge_times(HUNDRED_HZ.limit_us, p50, p999, slowest, bound)
     assert verdict == fit
     assert (reason == "") == (fit == Fit.FITS)
 

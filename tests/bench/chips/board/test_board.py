@@ -20,7 +20,7 @@ from bench.inputs.board_log import LogError, read_board_log
 from bench.record import Method, read
 from bench.report import render
 from bench.report.sections.facts import slowest
-from bench.report.verdict import usual
+from bench.report.verdict import usual_verdicts
 from bench.results.machines import read_machines
 from bench.results.rows import read_run
 from bench.results.size import Fit, Loop
@@ -130,7 +130,7 @@ def test_a_log_of_demands_keeps_its_rate_and_what_of_it_was_not_asked(tmp_path: 
     assert "Of dive's 6 demands only the first 3 were asked" in written.output
     make(tmp_path, "log", "CFLAGS=-O1 -DBOARD_PASSES=1")
     keep(tmp_path / "build/posix/LOG", tmp_path / "run")
-    (said,) = usual(read_run(tmp_path / "run"))
+    (said,) = usual_verdicts(read_run(tmp_path / "run"))
     assert "at 20 Hz" in said
     assert "refuses 50.0 % of dive's demands, up to 0.15" in said
 

@@ -21,7 +21,7 @@ from bench.chips.kernels import own
 from bench.demands import labelled
 from bench.demands.near_degenerate import edge_demands, numbered
 from bench.record import Cell, read
-from bench.results.ranking import exact
+from bench.results.ranking import is_exact
 from bench.results.rows import read_run
 from tests.board_logs import opened, sealed
 from tests.board_projects import METHODS, SETS, Hear, make, printed, project
@@ -44,7 +44,7 @@ def test_single_precision_s_answers_on_the_edge_are_right_however_weak_a_thruste
     (beyond,) = [
         r for r in read_run(tmp_path / "run").rows if r.formulation == "scaled" and not r.solved_fraction
     ]
-    assert exact(beyond)
+    assert is_exact(beyond)
 
 
 def test_a_wrong_answer_is_judged_by_equations(log: bytes, tmp_path: Path) -> None:
