@@ -64,7 +64,7 @@ def page(
     parts = ["\n".join([*verdicts(together, loop, where), *whose]) + "\n"]
     parts += [f"{machine.name} was {trust_note(machine.run)}\n" for machine in machines]
     if len(machines) > 1:
-        parts.append("\n".join(["What else differs than the machine:", *list_differences(machines)]) + "\n")
+        parts.append("\n".join(["Other differences between the runs:", *list_differences(machines)]) + "\n")
     if transfer:
         parts.append(
             f"ESTIMATE for {transfer.machine}: nothing was run there. By its canaries a call takes"
@@ -172,8 +172,8 @@ def counts_page(
     shown = bands(counted, clock_MHz * 1e6, loop, known, given)
     bounded = any(band.kernel.at_most is not None for band in shown)
     asked = any(band.kernel.off is not None for band in shown)
-    off = " Under one off stands the same of calls with any one thruster off." * asked
-    bound = " No call takes more than stands under at most, the longest way through the binary." * bounded
+    off = " *One off* is the same count with any one thruster off." * asked
+    bound = " *At most* is the longest path through the binary: no call takes more." * bounded
     parts = [
         f"Emulated processors at {clock_MHz:g} MHz, {loop.rate_hz:g} Hz. Instructions are of the costliest"
         " call that is known without a failed thruster: asked, found by a search, or with numbers that"

@@ -74,7 +74,7 @@ def _comparable(timed: Sequence[NamedRun]) -> str:
     if len(timed) < 2:
         return ""
     lines = "\n".join(f"- {plain(line)}" for line in list_differences(timed))
-    return f"What else differs than the machine, and so is part of each ratio:\n\n{lines}\n"
+    return f"Other differences between the runs, which each ratio includes:\n\n{lines}\n"
 
 
 def _vehicles(timed: Sequence[NamedRun]) -> list[str]:

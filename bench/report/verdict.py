@@ -84,7 +84,7 @@ def verdict(own: Sequence[Size], loop: Loop) -> str:
     if refusing := _refusing(first, own):
         text += f"; {spoken_name(refusing)} refuses {refusing.refusal}"
     if first.freedom == 0:
-        text += "; no thruster to spare, so no freedom to gain from: a wrench can be made in one way"
+        text += "; no spare thruster: each wrench has one solution"
     other = _other(first, own)
     return f"{text}; {other} would do too." if other else f"{text}."
 
@@ -96,7 +96,7 @@ def _worth(first: Size, own: Sequence[Size]) -> str:
         exactness += ", knows no limits"
     if first.refusal:
         return f"{exactness}, refuses {first.refusal}"
-    return f"{exactness}, answers all" if any(size.refused for size in own) else exactness
+    return f"{exactness}, answers every demand" if any(size.refused for size in own) else exactness
 
 
 def _refusing(first: Size, own: Sequence[Size]) -> Size | None:
@@ -157,9 +157,9 @@ def usual_verdicts(run: Run) -> list[str]:
 def _why_not_exact(own: Sequence[Size]) -> str:
     refusing = [size for size in own if size.exact and size.refused and size.fit <= Fit.MAY_FIT]
     if refusing:
-        return f"{spoken_name(refusing[0])}, which is, does not answer all"
+        return f"{spoken_name(refusing[0])} is exact but refuses some demands"
     late = [size for size in own if size.exact and size.fit == Fit.DOES_NOT_FIT]
-    return f"{late[0].label}, which is, takes too long" if late else "no exact method was measured"
+    return f"{late[0].label} is exact but too slow" if late else "no exact method was measured"
 
 
 def _other(first: Size, own: Sequence[Size]) -> str:

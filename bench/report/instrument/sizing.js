@@ -120,9 +120,9 @@ function verdict(sizes, vehicle, loop, where) {
   }
   if (first.refused >= 1) return `${question}: nothing to take: ${spoken(first)} refuses ${first.refusal}.`;
   const late = sizes.find((size) => size.exact && size.fit === DOES_NOT_FIT), picky = sizes.find((size) => size.exact && size.refused && size.fit <= MAY_FIT);
-  const inexact = picky ? `${spoken(picky)}, which is, does not answer all` : late ? `${late.label}, which is, takes too long` : "no exact method was measured";
+  const inexact = picky ? `${spoken(picky)} is exact but refuses some demands` : late ? `${late.label} is exact but too slow` : "no exact method was measured";
   const exactness = (first.exact ? "exact" : `not exact (${inexact})`) + (first.unlimited ? ", knows no limits" : "");
-  const exact = first.refusal ? `${exactness}, refuses ${first.refusal}` : sizes.some((size) => size.refused) ? `${exactness}, answers all` : exactness;
+  const exact = first.refusal ? `${exactness}, refuses ${first.refusal}` : sizes.some((size) => size.refused) ? `${exactness}, answers every demand` : exactness;
   const share = (first.p50 ?? 0) / loop.period;
   let text = `${question}: take ${spoken(first)}; ${exact}; ${share < 1e-4 ? "under 0.01 %" : percent(share)} of the period`;
   if (first.fit === WITHOUT_TAIL) text += `, its tail not shown to fit (${first.reason})`;
@@ -130,7 +130,7 @@ function verdict(sizes, vehicle, loop, where) {
   // Where another such method answers all that the first does, who refuses more has given up.
   const exacting = sizes.filter((size) => size.picky), refusing = exacting[0];
   if (refusing && exacting.every((size) => size.refused > first.refused)) text += `; ${spoken(refusing)} refuses ${refusing.refusal}`;
-  if (first.freedom === 0) text += "; no thruster to spare, so no freedom to gain from: a wrench can be made in one way";
+  if (first.freedom === 0) text += "; no spare thruster: each wrench has one solution";
   const alike = sizes.slice(1).filter((size) => size.fit === first.fit && size.exact === first.exact && tenths(size) === tenths(first) && size.refused > 0 === first.refused > 0 && size.method !== first.twin && (first.refusal || !size.refusal));
   const other = alike.find((size) => size.solver) ?? alike[0];
   return other ? `${text}; ${spoken(other)} would do too.` : `${text}.`;

@@ -16,11 +16,11 @@ CLIP = "clip"
 INTRODUCTION = """## On board: the price in C, and what is delivered
 
 Over {vehicles}; demands {sets}. Times are medians of a call of the
-generated C {caller}. *Delivered* is what is left of the demanded wrench without what is missed of it, each
-thruster clipped to its limits: what half of the demands get at least, and what all get; below 0 where
-thrusters push more than was asked, as some must that can't stop. *Turned* is the largest angle between the
-two. *Below clip*: by how much less is delivered than by `clip`, in the median, at 99 % or at worst, the most
-of the three; each method's worst may be another demand.
+generated C {caller}. *Delivered* is the share of the demanded wrench that arrives, each thruster clipped to
+its limits: in the median, and of the worst demand; it is negative where thrusters push more than was asked,
+as some must that can't stop. *Turned* is the largest angle between the two wrenches. *Below clip* is how much
+less is delivered than by `clip`, the largest of three differences: in the median, at 99 % and at worst, which
+may be of another demand.
 """
 
 

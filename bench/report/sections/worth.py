@@ -43,7 +43,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     logs = any(run.given(vehicle, demands) for vehicle in run.vehicles for demands in run.leading(vehicle))
     which = (
         "What to take first, what no other method beats in both time and loss, the fastest exact one in plain"
-        " Python and by a solver, and the closed form and the rule of practice they are held against."
+        " Python and by a solver, and the closed form and the rule of practice to compare them with."
         " *Served* is the share of what the vehicle can do that is delivered within 1 %;"
         " memory is of the process."
         f"{' What you brought has a row whatever it is worth.' if own else ''}"
