@@ -12,7 +12,7 @@ from alloc.allocation import FloatArray, IndexArray
 from bench.chips.image import FIRMWARE, METHOD, Image, link, without_kernel
 from bench.chips.kernel import SCALARS
 from bench.chips.toolchain import ToolError, run, scratch
-from bench.harness.callgrind import CALLGRIND, totals
+from bench.harness.timing import CALLGRIND, instruction_totals
 from bench.inputs.board_answers import answered
 from bench.inputs.board_log import parse
 
@@ -61,7 +61,7 @@ def _count(image: Image, calls: FloatArray, trace: str) -> CallCounts:
     if not image.target.callgrind:
         return _answers(image, image.path, calls, _plugged(image, trace))
     counted = _answers(image, image.path, calls, _callgrind(image))
-    instructions = np.array(totals(image.path.parent / PROFILE), dtype=np.intp)
+    instructions = np.array(instruction_totals(image.path.parent / PROFILE), dtype=np.intp)
     if len(instructions) != len(calls):
         raise ToolError(f"{image.target.name}: {len(instructions)} calls counted, {len(calls)} made")
     return replace(counted, instructions=instructions)

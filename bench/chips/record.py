@@ -6,7 +6,7 @@ from pathlib import Path
 from bench.chips.study import Plan, emulate
 from bench.harness.lines import begun
 from bench.record import Emulated, Header
-from bench.record.writer import Writer
+from bench.record.file import Writer
 
 
 def write(plan: Plan, directory: Path, *, add: bool) -> Iterator[Emulated]:

@@ -17,9 +17,9 @@ def command(file: Path) -> None:
     import msgspec
 
     from alloc.files.textfile import write_bytes
-    from bench.harness.canary import measure
+    from bench.harness.timing import measure_canaries
 
-    canaries = measure()
+    canaries = measure_canaries()
     write_bytes(file, msgspec.json.format(msgspec.json.encode(canaries)) + b"\n", "give another file")
     for name, us in canaries.median_us.items():
         echo(f"{name}: {us:.3g} µs")

@@ -77,7 +77,7 @@ def command(
     A vehicle's first row is the method to take. Without a DIRECTORY it is the latest run under runs/. Given
     the folders of several machines it says what fits on all of them, then what fits on each.
     """
-    from bench.record.canary import read_canary
+    from bench.record.file import read_canary
     from bench.report.sizes import board_page, counts_page, known_boards, page
     from bench.results.emulated import Cpi
     from bench.results.machines import read_machines, sizes_of

@@ -20,10 +20,10 @@ from alloc.errors import FileError
 from alloc.files.textfile import write_bytes
 from bench.fleet.cluster import workers_of
 from bench.fleet.parcel import Parcel, unpack
-from bench.harness import machine
-from bench.harness.child import cause, environment
+from bench.harness import environment, machine
+from bench.harness.process import cause
 from bench.record import FILE_NAME
-from bench.record.writer import set_aside
+from bench.record.file import set_aside
 
 GOOD = (0, 1)
 """Exit codes of a run with a record: all answers right, or some wrong."""

@@ -21,7 +21,7 @@ from bench.gate.side import Died, Refused, Side, SourceTree
 from bench.gate.trees import BASE, HEAD, BadTree, Source
 from bench.gate.verdict import Outcome, has_moved, in_both, is_suspect, row, trips, verdict
 from bench.harness import machine
-from bench.harness.callgrind import CALLGRIND, totals
+from bench.harness.timing import CALLGRIND, instruction_totals
 from bench.results.text import plural
 
 PADDING = 4096
@@ -130,7 +130,7 @@ def _count(
             load(side, cells, demands, core=None)
             for cell in cells:
                 side.ask("count", cell=cell.name, vehicle=cell.vehicle, rounds=ROUNDS)
-        counted = totals(out)[-3 * len(cells) :]
+        counted = instruction_totals(out)[-3 * len(cells) :]
     # Each cell has three profiles: everything before its calls, N calls, 2 N calls.
     calls = [ROUNDS * len(demands[cell.vehicle]) for cell in cells]
     return [(twice - once) / n for n, once, twice in zip(calls, counted[1::3], counted[2::3], strict=True)]

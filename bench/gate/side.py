@@ -13,8 +13,8 @@ from typing import Any, NamedTuple, Self
 
 from alloc import AllocError
 from bench.gate.trees import BadTree
-from bench.harness.child import cause, environment
-from bench.harness.process import signals_held_back
+from bench.harness import environment
+from bench.harness.process import cause, signals_held_back
 
 WORKER = Path(__file__).with_name("worker.py")
 

@@ -12,10 +12,9 @@ from alloc import catalogue, list_vehicles, load_vehicle
 from alloc.errors import UnknownName, unknown
 from alloc.formulations import EXACT_METHODS, find_formulation
 from bench.demands.store import Case, save_case
-from bench.harness.job import AnswerTask, Described, DescribeTask, Failed, Job, Task
 from bench.harness.lines import method_line
 from bench.harness.plan import Contender, RunSettings, check_offers
-from bench.harness.process import work
+from bench.harness.process import AnswerTask, Described, DescribeTask, Failed, Job, Task, work
 from bench.harness.sets import vehicles
 from bench.harness.timing import YARDSTICKS
 from bench.record import Method

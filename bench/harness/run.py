@@ -15,17 +15,16 @@ from bench.demands import DemandSet
 from bench.demands.store import Case, save_case
 from bench.harness import machine
 from bench.harness.contenders import contenders, sampled
-from bench.harness.job import AnswersWritten, AnswerTask, Failed, Job
 from bench.harness.lines import header, problem
 from bench.harness.plan import Contender, Group, RunSettings, check, groups
-from bench.harness.process import STARTUP_S, work
+from bench.harness.process import STARTUP_S, AnswersWritten, AnswerTask, Failed, Job, work
 from bench.harness.sets import demand_sets, vehicles
 from bench.harness.state import Progress, RunState, any_repeat
 from bench.harness.timing import YARDSTICKS
 from bench.judging.capability import measure_capabilities
 from bench.judging.question import Answers, Ask, Unanswered, checked_promises, questions
 from bench.record import Cell, Header, Record, RecordError, Worker
-from bench.record.writer import Writer
+from bench.record.file import Writer
 
 WORKING = ".working-"
 """How the name of a run's working folder begins."""

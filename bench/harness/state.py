@@ -12,11 +12,11 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemaini
 from rich.progress import Progress as Bar
 
 from bench.harness import machine
-from bench.harness.job import Job, MeasureTask, Task
 from bench.harness.lines import now
 from bench.harness.plan import OVERHEAD_S, Group, RunSettings, budget_ns
+from bench.harness.process import Job, MeasureTask, Task
 from bench.record import Cell, Event, Key
-from bench.record.writer import Writer
+from bench.record.file import Writer
 
 HANGS = 3
 """After this many cells of one worker's method have reached the time limit, its other cells are not tried."""

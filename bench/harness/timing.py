@@ -1,4 +1,4 @@
-"""Time calls of any function: batches for the centre, single calls for the tails.
+"""Time calls of any function, batches for the centre and single calls for the tails; count instructions.
 
 docs/method.md says how and why.
 """
@@ -10,14 +10,17 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import islice
+from pathlib import Path
 from statistics import median
 from time import perf_counter_ns, thread_time_ns
 from typing import Any, Generic, TypeVar
 
 import numpy as np
 
+from bench.harness import machine
 from bench.record import Batch, Method
-from bench.record.cell import binned
+from bench.record.file import CanaryFile
+from bench.record.measured import binned
 
 Y = TypeVar("Y")
 Columns = Sequence[Sequence[Any]]
@@ -130,7 +133,7 @@ def no_garbage_collection() -> Iterator[None]:
 
 
 def counted(singles: Iterable[int]) -> list[tuple[int, int]]:
-    """Single calls as a sorted histogram [(ns, count), …]; ``bench.record.cell.BIN`` says which bins."""
+    """Single calls as a sorted histogram [(ns, count), …]; ``bench.record.measured.BIN`` says which bins."""
     return sorted(Counter(map(binned, singles)).items())
 
 
@@ -171,3 +174,32 @@ def canary_ns() -> int:
         loop()
         times.append(perf_counter_ns() - start)
     return int(median(times))
+
+
+CANARY_BUDGET_NS = 1_000_000_000
+"""Time spent on each canary: some 500 batches."""
+
+
+def measure_canaries() -> CanaryFile:
+    """Time the canaries here, as a run does."""
+    median_us = {}
+    for name in CANARIES:
+        with no_garbage_collection():
+            batches = sample(yardstick(name), [[None] * 100], CANARY_BUDGET_NS, singles=0).batches
+        times = sorted(batch.wall_ns / batch.calls for batch in batches)
+        median_us[name] = times[len(times) // 2] / 1000
+    return CanaryFile(1, machine.describe(), median_us)
+
+
+CALLGRIND = ("valgrind", "--vgdb=no", "--tool=callgrind")
+"""Valgrind waits for no debugger (vgdb), whose pipes would stay in the temporary folder after a kill."""
+
+
+def instruction_totals(out: Path) -> list[int]:
+    """Instructions in each profile that callgrind dumped on the way, in order.
+
+    They are called ``out.1``, ``out.2``, …, where ``out`` is what it was given as ``--callgrind-out-file``.
+    """
+    profiles = sorted(out.parent.glob(f"{out.name}.*"), key=lambda path: int(path.suffix[1:]))
+    lines = (line for path in profiles for line in path.read_text(encoding="utf-8").splitlines())
+    return [int(line.split()[1]) for line in lines if line.startswith("totals:")]

@@ -24,7 +24,8 @@ from alloc.errors import NotInstalled, UnknownName
 from alloc.live.plain import ANY_DISTANCE
 from alloc.vehicle.call_limits import one_by_one
 from bench.demands.store import Case, load_case, save
-from bench.harness.job import (
+from bench.harness.machine import between, reading
+from bench.harness.process import (
     AnswersWritten,
     AnswerTask,
     Begin,
@@ -36,7 +37,6 @@ from bench.harness.job import (
     Message,
     Task,
 )
-from bench.harness.machine import between, reading
 from bench.harness.timing import (
     YARDSTICKS,
     Samples,

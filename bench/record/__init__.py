@@ -1,19 +1,35 @@
 """Record of a run: facts as they were measured, one line each, written and read here."""
 
-from bench.record.capability import (
+from bench.record.file import FILE_NAME, PACKED, Record, RecordError, parse, read
+from bench.record.measured import (
+    FARTHER,
     SERVED_WITHIN,
     Authority,
+    Batch,
     Capability,
+    Cell,
     Curve,
+    Judged,
+    Key,
     LastMetre,
     Plane,
+    Quiet,
     Served,
     Unserved,
 )
-from bench.record.cell import FARTHER, Batch, Cell, Judged, Key, Quiet
-from bench.record.emulated import BoardFacts, Emulated, Processor
-from bench.record.reader import FILE_NAME, PACKED, Record, RecordError, parse, read
-from bench.record.schema import NO_VEHICLE, SCHEMA, Event, Header, Line, Method, Problem, Worker
+from bench.record.schema import (
+    NO_VEHICLE,
+    SCHEMA,
+    BoardFacts,
+    Emulated,
+    Event,
+    Header,
+    Line,
+    Method,
+    Problem,
+    Processor,
+    Worker,
+)
 
 __all__ = [
     "FARTHER",

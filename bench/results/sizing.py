@@ -11,7 +11,7 @@ from statistics import fmean
 
 from alloc.formulations import find_formulation
 from bench.record import NO_VEHICLE, SERVED_WITHIN, Problem
-from bench.record.canary import CanaryError, CanaryFile
+from bench.record.file import CanaryError, CanaryFile
 from bench.results.columns import Row
 from bench.results.quantiles import (
     Histogram,

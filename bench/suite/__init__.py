@@ -2,7 +2,7 @@
 
 import os
 
-from bench.harness.child import ONE_THREAD
+from bench.harness import ONE_THREAD
 
 # The libraries under numpy read these once, so they are set before numpy is imported; a user's own stand.
 for _name, _threads in ONE_THREAD.items():

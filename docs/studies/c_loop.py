@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from alloc.allocation import FloatArray
 from alloc.c.compiled import STANDARD, compiler
 from bench.chips.kernel import SCALARS, Kernel
-from bench.harness.callgrind import CALLGRIND, totals
+from bench.harness.timing import CALLGRIND, instruction_totals
 
 LOOP = Path(__file__).with_name("loop.c")
 REPEAT_NS = 2e6
@@ -68,7 +68,7 @@ def instructions(kernel: Kernel, taus: FloatArray) -> NDArray[np.int64]:
         options = [f"--toggle-collect={kernel.entry}", f"--dump-after={kernel.entry}"]
         counted = [*CALLGRIND, f"--callgrind-out-file={out}", *options, *command, "0", "0"]
         subprocess.run(counted, check=True, capture_output=True)
-        return np.array(totals(out)[: len(taus)], dtype=np.int64)
+        return np.array(instruction_totals(out)[: len(taus)], dtype=np.int64)
 
 
 def _run(command: list[str]) -> FloatArray:

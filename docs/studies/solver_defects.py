@@ -9,7 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from bench.harness.child import cause
+from bench.harness.process import cause
 
 FOLDER = Path(__file__).parent / "defects"
 LIMIT_S = 20

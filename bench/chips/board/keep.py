@@ -8,8 +8,8 @@ from bench.chips.board.heard import NOOP, Heard, boards
 from bench.chips.board.measured import lines
 from bench.inputs.board_log import BoardLog, LogError, read_board_log
 from bench.record import Cell, Emulated, Header
+from bench.record.file import Writer
 from bench.record.schema import slug
-from bench.record.writer import Writer
 from bench.results.text import plural
 
 SHOWN = 6

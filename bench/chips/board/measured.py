@@ -23,7 +23,7 @@ from bench.harness.lines import problem
 from bench.judging.judge import judge
 from bench.judging.question import Question, ask_here, questions, right_answers
 from bench.record import SCHEMA, Batch, Cell, Header, Judged, Key, Line, Method, Problem
-from bench.record.cell import binned
+from bench.record.measured import binned
 from bench.record.schema import slug
 from bench.results.quantiles import merge
 from bench.results.ranking import EXACT_WITHIN

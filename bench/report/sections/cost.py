@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 from alloc.formulations import list_formulations
 from bench.record import NO_VEHICLE
-from bench.record.cell import BIN
+from bench.record.measured import BIN
 from bench.report.pictures import picture
 from bench.results.columns import Row
 from bench.results.quantiles import interval

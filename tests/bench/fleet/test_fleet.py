@@ -19,7 +19,7 @@ from bench.fleet import lead
 from bench.fleet.lead import Host, HostRun, folders, hosts, keep, run_fleet, run_here
 from bench.fleet.parcel import pack, unpack
 from bench.record import FILE_NAME
-from bench.record.writer import PREVIOUS
+from bench.record.file import PREVIOUS
 from bench.report.terminal import objections
 from bench.results.rows import read_run
 from tests import made_up

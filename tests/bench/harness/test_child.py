@@ -6,7 +6,8 @@ import sys
 
 import pytest
 
-from bench.harness.child import ONE_THREAD, cause, environment
+from bench.harness import ONE_THREAD, environment
+from bench.harness.process import cause
 
 
 def test_a_measured_process_has_one_thread_whatever_is_set_here(monkeypatch: pytest.MonkeyPatch) -> None:

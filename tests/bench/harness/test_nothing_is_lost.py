@@ -18,7 +18,7 @@ from bench.__main__ import cli
 from bench.harness.plan import RunSettings
 from bench.harness.run import WORKING, check_same, run
 from bench.record import FILE_NAME, PACKED, Record, RecordError, read
-from bench.record.writer import PREVIOUS, Writer
+from bench.record.file import PREVIOUS, Writer
 from tests.made_up import header
 from tests.places import ROOT
 from tests.runs import started, wait_for, written

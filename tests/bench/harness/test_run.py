@@ -17,8 +17,7 @@ from alloc import AllocError, NotApplicable
 from alloc.errors import DemandError, UnknownName
 from bench.__main__ import cli
 from bench.demands import DemandSet
-from bench.harness import machine
-from bench.harness.child import environment
+from bench.harness import environment, machine
 from bench.harness.contenders import contenders
 from bench.harness.lines import header, problem
 from bench.harness.plan import RunSettings

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.harness.timing import BATCH_NS, SLOW_NS, counted, no_garbage_collection, sample
-from bench.record.cell import binned
+from bench.record.measured import binned
 
 INPUTS = list(range(7))
 

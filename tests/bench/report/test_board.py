@@ -10,7 +10,7 @@ from alloc.errors import UnknownName
 from bench.__main__ import cli
 from bench.chips.target import target
 from bench.record import SCHEMA, Emulated, Header
-from bench.record.writer import Writer
+from bench.record.file import Writer
 from bench.report.sections.emulation import summary
 from bench.results.rows import read_run
 from tests import made_up

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from bench.__main__ import cli
 from bench.chips.target import target, targets
 from bench.record import SCHEMA, Emulated, Header
-from bench.record.writer import Writer
+from bench.record.file import Writer
 from bench.report import render
 from bench.results.emulated import Cpi, assumed_cpi, band_sizes, bands, emulated_rows, period_share
 from bench.results.size import Fit, Loop

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from bench.commands.size import command
 from bench.record import Batch, Capability, Cell, Judged, Key, Method, Served
-from bench.record.canary import CanaryError, CanaryFile, read_canary
+from bench.record.file import CanaryError, CanaryFile, read_canary
 from bench.report.readme import served_share
 from bench.results.rows import Run, read_run
 from bench.results.size import Fit, Loop, Size, judge_times
