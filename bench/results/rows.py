@@ -97,8 +97,8 @@ def samples(row: Row) -> RowSamples:
 SETS = ("active", "inactive", "boundary", "infeasible", "box", "axes", "mission")
 """Order of demand sets in tables. The first set that a vehicle has represents it in pictures."""
 
-COUNT = (int, int | None)
-"""Types of the columns that hold counts."""
+KINDS = {int: "Int64", int | None: "Int64", float | None: "float64"}
+"""Types of a frame's numbers, also where a column is empty."""
 
 FORM = ("scalar", "limits", "faults")
 """What of a board's C decides how long a call takes, and what it answers."""
@@ -149,7 +149,7 @@ class Run:
 
         series = {}
         for name, column in columns().items():
-            kind = "Int64" if get_type_hints(column)["return"] in COUNT else None
+            kind = KINDS.get(get_type_hints(column)["return"])
             series[name] = pd.Series([getattr(row, name) for row in self.rows], dtype=kind)
         return pd.DataFrame(series)
 

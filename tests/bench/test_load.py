@@ -53,9 +53,9 @@ def test_a_row_s_attributes_are_the_cells_of_the_committed_csv(directory: Path) 
                 assert cell == ("" if value is None else str(value)), name
 
 
-@pytest.mark.parametrize("directory", TIMED, ids=lambda path: path.name)
-def test_a_run_s_table_has_the_columns_and_cells_of_its_rows(directory: Path) -> None:
-    run = load_run(directory)
+@pytest.mark.parametrize("directory", [*TIMED, None], ids=lambda path: path.name if path else "made up")
+def test_a_run_s_table_has_the_columns_and_cells_of_its_rows(directory: Path | None, tmp_path: Path) -> None:
+    run = load_run(directory or made_up.whole(tmp_path))
     assert list(run.table) == list(columns())
     for name in columns():
         cells = run.table[name]
@@ -63,6 +63,7 @@ def test_a_run_s_table_has_the_columns_and_cells_of_its_rows(directory: Path) ->
             value = getattr(row, name)
             assert pd.isna(cell) if value is None else cell == value, name
         assert pd.api.types.is_integer_dtype(cells) == (int in kinds(name)), name
+        assert pd.api.types.is_float_dtype(cells) == (float in kinds(name)), name
 
 
 def test_rows_are_read_without_pandas(tmp_path: Path) -> None:
