@@ -180,8 +180,8 @@ ASSUMPTIONS = [
     " signalling NaN comes from a caller. Frama-C 25 takes fmax's result for any number: a form that covers"
     " both stands in for it, and bounds behind any other call of fmax are not shown.",
     "Where a comparison leaves an entry of an array nothing but NaN, Frama-C 25 takes what follows for"
-    " unreachable. Arguments (and all numbers of libthrustbench) are read as volatile, which avoids that;"
-    " arrays and structures of a kernel's own loops and of the way to the ESCs are not.",
+    " unreachable. Arguments, local arrays and all numbers of libthrustbench are read as volatile, which"
+    " avoids that; members of structures and limits of the vehicle are asserted to be finite instead.",
     "Compiler hints (__builtin_expect, an empty asm, __builtin_fabs) mean what GCC says they mean; the"
     " analyser reads the C without them.",
 ]

@@ -208,6 +208,13 @@ KINDS = {
 }
 """Kinds of numbers, and the condition in C that holds of no other, whether double or float."""
 
+
+def all_kinds(*numbers: str) -> str:
+    """C with a write out of bounds for each kind of each number, on a line of its own."""
+    none = "    if ({}) {{ int none[1]; none[99] = 0; }}\n"
+    return "".join(none.format(kind.format(number)) for number in numbers for kind in KINDS.values())
+
+
 _ALL = r"for (int i = 0; i < \2; i++) { f[i] = 1e30F; }"
 PLANTED: tuple[tuple[str, str, Where, str], ...] = (
     ("an entry behind f is written", "tau[0]", "fixed", "f[999] = 0;"),

@@ -40,6 +40,8 @@ TOLD = {
 """What the analyser is told of the same C: comparisons with NaN are false, and pieces are looked at apart.
 
 What ``known`` says of x follows from its definition, so it is told where that stands beside it only."""
+KNOWN = "least", "most"
+"""Arrays of numbers that the analyser has to follow: the curves' ends, cut at the vehicle's limits."""
 LABELS = {"status", "command", "made"}
 
 
@@ -62,8 +64,8 @@ def claims(of: Subject, folder: Path) -> list[Claim]:
     text = covering(made[name], of.scalar)
     for usual, told in TOLD.items():
         text = re.sub(usual, told, text)
-    read = {each: any_bits(part) for each, part in {**of.files, **made, name: text}.items()}
-    found = eva.analyse({**read, MAIN: any_bits(_main(of))}, place)
+    read = {each: any_bits(part, KNOWN) for each, part in {**of.files, **made, name: text}.items()}
+    found = eva.analyse({**read, MAIN: any_bits(_main(of), ("f_made",))}, place)
     shown = [eva.claim(NO_ERROR, found, *found.alarms(*LABELS)), eva.claim(RANGE, found, *sorted(LABELS))]
     shown.append(stateless(STATELESS, lambda: kept(parsed({**of.files, **made}, name))))
     return of_all_branches(shown, of)  # this C includes the kernel's header

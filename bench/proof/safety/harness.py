@@ -1,6 +1,7 @@
 """The C around a kernel for the analyser: a call with any arguments at all, and what must hold after it."""
 
 import re
+from collections.abc import Collection
 
 import numpy as np
 
@@ -12,18 +13,70 @@ from bench.proof.subject import ANSWERED, Subject
 MAIN = "main.c"
 
 
+ARRAY = re.compile(r"\b(static )?(const )?(double |float )(?=(\w+)\[|\*x\b)")
+STRUCT = re.compile(r"^struct (\w+) \{(.*?)^\};", re.MULTILINE | re.DOTALL)
+REAL = re.compile(r"^ +(?:double|float) ([\w, ]+);", re.MULTILINE)
+CONSTANT = ("of", "low", "high")
+"""Arrays of constants, where limits are the vehicle's: ``of`` points at a table."""
+
+
 def harness(of: Subject) -> dict[str, str]:
     """The files to analyse: the C with the covering form of minimum and maximum, and a main that calls it."""
     read = {**of.files, f"{of.name}.c": covering(of.source, of.scalar)}
-    return {name: any_bits(text) for name, text in read.items()} | {MAIN: _main(of)}
+    known = CONSTANT if of.limits == "fixed" else CONSTANT[:1]
+    return {name: any_bits(text, known) for name, text in read.items()} | {MAIN: _main(of)}
 
 
-def any_bits(text: str) -> str:
-    """The C with arguments that give any bits at each read, more than any call can see.
+def any_bits(text: str, known: Collection[str] = ()) -> str:
+    """The C whose arrays give any bits at each read, and whose other memory is asserted to hold numbers.
 
-    EVA 25 takes for unreachable what follows where a comparison leaves an entry of an array nothing but NaN.
+    EVA 25 takes for unreachable what follows where a comparison leaves an entry of an array, or what a
+    pointer points at, nothing but NaN. Volatile arrays avoid that: they give more than any call can see.
+    Members of structures and the arrays that are ``known`` keep their values, so that each is asserted to be
+    finite where it is written. Tables, and what scalars hold, are as they are.
     """
-    return re.sub(r"\bconst (?=(double|float) (\*x\b|(tau|f|f_min|f_max)\[))", "const volatile ", text)
+    text = "".join(_volatile(part, known) for part in re.split(r"(?<=^}\n)", text, flags=re.MULTILINE))
+    for name, body in STRUCT.findall(text):
+        text = _numbers(text, name, [each for line in REAL.findall(body) for each in line.split(", ")])
+    for name in known:
+        text = _entries(text, name)
+    return text
+
+
+def _volatile(function: str, known: Collection[str]) -> str:
+    """The C of one function, with arrays volatile that it reads; tables and what it only writes stay."""
+
+    def one(found: re.Match[str]) -> str:
+        static, const, number, name = found.groups(default="")
+        if static or name in known:
+            return found[0]
+        read = const or not name or re.search(rf"\b{name}(\[\w+\])+(?!\[| = )", body)
+        return f"{const}volatile {number}" if read else found[0]
+
+    body = re.sub(r"/\*.*?\*/", "", function.partition("\n{\n")[2])
+    return ARRAY.sub(one, function)
+
+
+def _entries(text: str, array: str) -> str:
+    """The C with an assertion behind each statement that writes entries of this array."""
+    begun = re.compile(rf"^ +(?:const )?(?:double|float) {array}\[(\d+)\] = \{{.*\}};$", re.MULTILINE)
+    one = re.compile(rf"^ +({array}\[\w+\]) = [^;]*;", re.MULTILINE)
+    text = begun.sub(lambda at: at[0] + "".join(_finite(f"{array}[{i}]") for i in range(int(at[1]))), text)
+    return one.sub(lambda at: at[0] + _finite(at[1]), text)
+
+
+def _numbers(text: str, struct: str, members: list[str]) -> str:
+    """The C with an assertion behind each statement that writes these members, or a whole structure."""
+    if not members:
+        return text
+    whole = re.compile(rf"^ +(?:const )?struct {struct} (\w+) = \{{.*\}};$", re.MULTILINE)
+    one = re.compile(rf"^ +([\w>.-]+(?:->|\.)(?:{'|'.join(members)})) = [^;]*;", re.MULTILINE)
+    text = whole.sub(lambda at: at[0] + "".join(_finite(f"{at[1]}.{each}") for each in members), text)
+    return one.sub(lambda at: at[0] + _finite(at[1]), text)
+
+
+def _finite(place: str) -> str:
+    return f" /*@ assert number: \\is_finite({place}); */"
 
 
 def _main(of: Subject) -> str:

@@ -12,7 +12,7 @@ from bench.proof import prove, subject
 from bench.proof.page import page
 from bench.proof.safety import esc
 from bench.proof.sent import SENT, sent
-from sabotages import KINDS
+from sabotages import KINDS, all_kinds
 from tests.analysers import needs_frama_c
 
 BLUEROV2 = load_vehicle("bluerov2")
@@ -123,6 +123,34 @@ def test_a_broken_line_is_not_shown(line, broken, tmp_path: Path, monkeypatch) -
     assert changed == 1
     monkeypatch.setattr(esc, "files", lambda _: made | {name: text})
     assert "not shown" in [claim.verdict for claim in esc.claims(of, tmp_path)]
+
+
+@pytest.mark.parametrize(
+    ("limits", "numbers"), [("call", ("f[0]", "low[0]", "high[0]")), ("fixed", ("f[0]",))]
+)
+def test_an_error_that_one_kind_of_number_in_a_local_array_reaches_is_found(
+    limits, numbers, tmp_path: Path, monkeypatch
+) -> None:
+    of = subject(BLUEROV2, "pinv", "float", limits)
+    made, name = esc.files(of), f"{of.name}_esc.c"
+    text, changed = re.subn(
+        r"    if \(found != TB_SOLVED", lambda at: all_kinds(*numbers) + at[0], made[name]
+    )
+    assert changed == 1
+    monkeypatch.setattr(esc, "files", lambda _: made | {name: text})
+    words = esc.claims(of, tmp_path)[0].words
+    lines = {word.split(": ")[0] for word in words if "99 < 1: Invalid" in word}
+    assert len(lines) == len(numbers) * len(KINDS)
+
+
+def test_a_member_that_may_be_no_number_is_not_shown(tmp_path: Path, monkeypatch) -> None:
+    """Curves' ends keep their values for the analyser, so that they are asserted to be numbers."""
+    of = subject(BLUEROV2, "pinv", "float", "fixed")
+    made, name = esc.files(of), f"{of.name}_esc.c"
+    text = made[name].replace("    now->down = ", "    now->down = volts; now->down = ", 1)
+    assert text != made[name]
+    monkeypatch.setattr(esc, "files", lambda _: made | {name: text})
+    assert any("is_finite(now->down)" in word for word in esc.claims(of, tmp_path)[0].words)
 
 
 @pytest.mark.long

@@ -12,7 +12,7 @@ from alloc.program import Scalar
 from bench.commands.prove import command
 from bench.proof import Proof
 from bench.proof.safety.library import claims
-from sabotages import KINDS
+from sabotages import KINDS, all_kinds
 from tests.analysers import needs_frama_c
 
 SMALL = 3, 2
@@ -85,10 +85,11 @@ def test_an_error_that_one_kind_of_number_reaches_is_found_in_each_argument(
             assert made[name].count(line) == 1
             faults = ""
             for number in numbers:
-                there = "" if "->" in number or "[" not in number else f"{number.split('[')[0]} != NULL && "
-                for kind in KINDS.values():
-                    faults += f"    if ({there}{kind.format(number)}) {{ int none[1]; none[99] = 0; }}\n"
-                    planted += 1
+                planted += len(KINDS)
+                if "->" in number or "[" not in number:
+                    faults += all_kinds(number)
+                else:
+                    faults += f"    if ({number.split('[')[0]} != NULL) {{\n{all_kinds(number)}    }}\n"
             made[name] = made[name].replace(line, faults + line)
     no_error = claims(made, SMALL[0], tmp_path)[:3]
     words = [text for claim in no_error for text in claim.words]

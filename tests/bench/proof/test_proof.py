@@ -1,6 +1,7 @@
 """A proof of generated C holds for any bits in its arguments; and it fails where the C is broken."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from bench.commands.prove import command
 from bench.proof import Proof, prove, subject, tools
 from bench.proof.safety import claims as safety
 from bench.proof.safety import eva
-from sabotages import KINDS, SABOTAGES, Sabotage, noticed, sabotaged
+from sabotages import KINDS, SABOTAGES, Sabotage, all_kinds, noticed, sabotaged
 from tests.analysers import needs_frama_c
 
 UKWIAL = load_vehicle("ukwial")
@@ -137,6 +138,38 @@ def test_a_claim_is_not_shown_where_one_kind_of_demand_breaks_it(
     (broken,) = {claim for words, claim in REACHED.items() if sabotage.name.startswith(words)}
     assert broken in found
     assert broken == safety.NO_ERROR or safety.NO_ERROR not in found
+
+
+LOCAL = {
+    r"        int j = 0;\n": ("f[0]", "low[0]", "high[0]", "Z[0][0]", "E[0][0]", "end[0]"),
+    r"    if \(of_z > ": ("f[0]", "Z[0][0]", "E[0][0]"),
+    r"    const \w+ y0 = tb_withinf?\(g\[0\]": ("g[0]",),
+}
+"""By line of redistribute's C, its own arrays that can be read in front of it."""
+
+
+@pytest.mark.parametrize("scalar", ["double", pytest.param("float", marks=pytest.mark.long)])
+def test_an_error_that_one_kind_of_number_in_a_local_array_reaches_is_found(
+    scalar: Scalar, tmp_path: Path
+) -> None:
+    of = subject(UKWIAL, "redistribute", scalar, "call", "none")
+    text, planted = of.source, 0
+    for line, numbers in LOCAL.items():
+        text, count = re.subn(line, lambda at, numbers=numbers: all_kinds(*numbers) + at[0], text, count=1)
+        planted += count * len(numbers) * len(KINDS)
+    broken = replace(of, files={**of.files, f"{of.name}.c": text})
+    words = safety.claims(broken, tmp_path)[0].words
+    assert planted == 10 * len(KINDS)
+    assert len({word.split(": ")[0] for word in words if "99 < 1: Invalid" in word}) == planted
+
+
+def test_an_array_that_is_known_and_holds_no_number_is_not_shown(tmp_path: Path) -> None:
+    """Limits keep their values for the analyser, so that they are asserted to be numbers."""
+    of = subject(UKWIAL, "redistribute", "double", "fixed", "none")
+    text = of.source.replace("low[4] = {-c[3],", "low[4] = {tau[0],")
+    assert text != of.source
+    broken = replace(of, files={**of.files, f"{of.name}.c": text})
+    assert any("is_finite(low[0])" in word for word in safety.claims(broken, tmp_path)[0].words)
 
 
 def test_the_status_of_a_fault_that_there_is_not_is_its_own(tmp_path: Path) -> None:
