@@ -6,6 +6,9 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from bench.demands import DemandSet
+from bench.harness.inputs import doubt_contenders, doubt_demands, read_contenders, read_demands
+from bench.harness.plan import Contender, RunSettings
 from bench.record import FILE_NAME
 from tests.places import ROOT
 
@@ -29,3 +32,16 @@ def wait_for(condition: Callable[[], object], seconds: float = 100.0) -> None:
     while not condition():
         assert time.monotonic() < end, f"not within {seconds:g} s"
         time.sleep(0.01)
+
+
+def contenders(settings: RunSettings) -> list[Contender]:
+    """The methods of a run, read and doubted."""
+    chosen = read_contenders(settings)
+    doubt_contenders(chosen, settings)
+    return chosen
+
+
+def demand_sets(settings: RunSettings) -> tuple[list[DemandSet], list[str]]:
+    """The demand sets of a run, read and doubted, and the doubts."""
+    demands = read_demands(settings)
+    return demands.sets, doubt_demands(demands)

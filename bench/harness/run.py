@@ -1,4 +1,4 @@
-"""Parent process of a run: get right answers, start one worker after the other, keep the record."""
+"""Parent process of a run: read, doubt, measure in one worker after the other, keep the record."""
 
 import shutil
 import tempfile
@@ -10,15 +10,12 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from alloc import Vehicle
-from bench.demands import DemandSet
 from bench.demands.store import Case, save_case
 from bench.harness import machine
-from bench.harness.contenders import contenders, sampled
+from bench.harness.inputs import Inputs, doubt_inputs, read_inputs, sampled
 from bench.harness.lines import header, problem
-from bench.harness.plan import Contender, Group, RunSettings, check, groups
+from bench.harness.plan import Contender, Group, RunSettings, groups
 from bench.harness.process import STARTUP_S, AnswersWritten, AnswerTask, Failed, Job, work
-from bench.harness.sets import demand_sets, vehicles
 from bench.harness.state import Progress, RunState, any_repeat
 from bench.harness.timing import YARDSTICKS
 from bench.judging.capability import measure_capabilities
@@ -117,14 +114,10 @@ def run(
     worker is ended, the record says so, and Interrupted is raised.
     """
     began = time.monotonic()
-    check(settings)
-    # Names are looked up before the folder is touched, so that a wrong one leaves nothing behind.
-    taking_part = contenders(settings)
-    for contender in taking_part:
-        if contender.trouble:
-            warn(contender.trouble)
-    named = vehicles(settings)
-    sets = demand_sets(settings, named, warn)
+    # Read and doubted before the folder is touched, so that a wrong name leaves nothing behind.
+    inputs = read_inputs(settings)
+    for line in doubt_inputs(inputs):
+        warn(line)
     with Writer(directory) as writer, working_folder(directory) as folder:
         first = header(settings)
         old = writer.resume() if resume else None
@@ -137,8 +130,8 @@ def run(
         try:
             with machine.set_aside():
                 known = old or Record(header=first)
-                prepare(state, known, taking_part, named, sets, folder)
-                planned = groups(settings, taking_part, state.files, state.sequences)
+                prepare(state, known, inputs, folder)
+                planned = groups(settings, inputs.contenders, state.files, state.sequences)
                 state.total = sum(len(group.keys) for group in planned)
                 for group in planned:
                     measure(group, state)
@@ -164,12 +157,11 @@ def working_folder(directory: Path) -> Iterator[Path]:
 def prepare(
     state: RunState,
     known: Record,
-    taking_part: Sequence[Contender],
-    named: Sequence[Vehicle],
-    sets: Sequence[DemandSet],
+    inputs: Inputs,
     folder: Path,
 ) -> None:
     """Get the right answers, store the questions, and record methods, problems and capabilities."""
+    taking_part, named, sets = inputs.contenders, inputs.demands.vehicles, inputs.demands.sets
     by_name = {contender.method.name: contender for contender in taking_part}
     state.plugins = {name: c.plugin for name, c in by_name.items() if c.plugin}
     state.missing = {name: c.missing for name, c in by_name.items() if c.missing}

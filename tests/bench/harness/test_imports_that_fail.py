@@ -8,9 +8,9 @@ from click.testing import CliRunner, Result
 from alloc.c import missing
 from alloc.errors import UnknownName
 from bench.__main__ import cli
-from bench.harness.contenders import contenders
 from bench.harness.plan import RunSettings
 from bench.record import Record, read
+from tests.runs import contenders
 
 TIME_LIMIT_S = 1.0
 WITH_MANY = """

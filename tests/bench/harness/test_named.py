@@ -5,9 +5,9 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from bench.harness.contenders import contenders
 from bench.harness.plan import SettingsError, quick
 from tests.plugin_files import write_plugin
+from tests.runs import contenders
 
 
 def test_a_preset_leaves_no_family_out_that_was_named() -> None:

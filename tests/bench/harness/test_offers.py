@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner
 
 from bench.__main__ import cli
-from bench.harness.contenders import plugged_in
+from bench.harness.inputs import plugged_in
 from bench.harness.plan import RunSettings
 from bench.record import Cell, read
 

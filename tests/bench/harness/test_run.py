@@ -18,11 +18,9 @@ from alloc.errors import DemandError, UnknownName
 from bench.__main__ import cli
 from bench.demands import DemandSet
 from bench.harness import environment, machine
-from bench.harness.contenders import contenders
 from bench.harness.lines import header, problem
 from bench.harness.plan import RunSettings
 from bench.harness.run import check_same, run
-from bench.harness.sets import demand_sets, vehicles
 from bench.harness.state import Progress
 from bench.inputs.faults import GivenFault
 from bench.judging.question import ask_here, questions
@@ -31,6 +29,7 @@ from bench.report import render
 from bench.report.terminal import show
 from tests import made_up
 from tests.places import ROOT
+from tests.runs import contenders, demand_sets
 
 DEMANDS = ["--demands=inactive", "--demands=active", "--demands=infeasible"]
 TINY = ["run", "--vehicle=ukwial", "--method=pinv", *DEMANDS, "--n=8", "--budget-ms=1", "--repeats=2"]
@@ -146,7 +145,7 @@ def test_a_worker_finds_a_source_tree_that_nobody_installed_from_any_folder(tmp_
 
 def sets(names: list[str], demands: list[str], n: int) -> list[DemandSet]:
     settings = RunSettings(vehicles=tuple(names), demands=tuple(demands), n_demands=n)
-    return demand_sets(settings, vehicles(settings))
+    return demand_sets(settings)[0]
 
 
 def test_demands_of_a_log_that_were_not_asked_are_counted_and_reported(tmp_path: Path) -> None:
@@ -166,11 +165,10 @@ def test_demands_of_a_log_that_were_not_asked_are_counted_and_reported(tmp_path:
 
 def test_demands_that_a_vehicle_has_not_are_left_out_with_the_reason() -> None:
     """With thruster 2 off three are left for three axes: no demand needs more than a closed form."""
-    told: list[str] = []
     settings = RunSettings(
         vehicles=("ukwial",), demands=("active", "infeasible"), faults=(None, GivenFault(2)), n_demands=5
     )
-    made = demand_sets(settings, vehicles(settings), told.append)
+    made, told = demand_sets(settings)
     assert [(one.vehicle.name, one.name) for one in made] == [
         ("ukwial", "active"),
         ("ukwial", "infeasible"),
@@ -180,18 +178,18 @@ def test_demands_that_a_vehicle_has_not_are_left_out_with_the_reason() -> None:
     assert line.startswith("demands left out: active: ukwial-f2: no demand is attainable only by")
     alone = replace(settings, demands=("active",), faults=(GivenFault(2),))
     with pytest.raises(NotApplicable, match="active: ukwial-f2: no demand is attainable only by"):
-        demand_sets(alone, vehicles(alone))
+        demand_sets(alone)
 
 
 def test_each_vehicle_that_lacks_a_set_has_its_own_reason(tmp_path: Path) -> None:
     """The second one's was the first one's, which was not true of it."""
-    mine, told = tmp_path / "mine.yaml", list[str]()
+    mine = tmp_path / "mine.yaml"
     limits = "f_min: -50\nf_max: 60\nvolts: {14: [-20, 25], 16: [-50, 60]}\n"
     mine.write_text(f"name: mine\ndof: [surge]\nframe: frd\nT: [[1, 1]]\n{limits}")
     settings = RunSettings(
         vehicles=("ukwial", "tiburon", str(mine)), demands=("sag", "inactive"), n_demands=5
     )
-    demand_sets(settings, vehicles(settings), told.append)
+    _, told = demand_sets(settings)
     assert told == [
         "demands left out: sag: ukwial: has no limits by voltage; add 'volts' to its file; so for 1 more;"
         " mine: its table of volts has 14 to 16 V, not 13 to 16.8 V"
@@ -230,7 +228,7 @@ def test_a_vehicle_named_as_another_after_a_failure_or_as_none_is_refused(
     mine.write_text(shipped.replace("name: ukwial", f"name: '{name}'"))
     settings = RunSettings(vehicles=("ukwial", str(mine)), demands=("inactive",), faults=faults)
     with pytest.raises(DemandError, match=reason):
-        demand_sets(settings, vehicles(settings))
+        demand_sets(settings)
 
 
 @pytest.mark.parametrize("changed", ["mine.py", "mine.yaml", "log.csv", "bag/part.db3"])

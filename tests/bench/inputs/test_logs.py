@@ -17,13 +17,13 @@ from alloc.vehicle.geometry import DOF
 from bench.demands import build_demands
 from bench.demands.log_summary import as_text, summarise
 from bench.harness.plan import RunSettings
-from bench.harness.sets import demand_sets, vehicles
 from bench.inputs.demand_csv import read_demands
 from bench.inputs.logs import LogOptions, log_for, rate_hz, read_log, rosbag
 from bench.inputs.parsers import parsing
 from tests.log_files import PLANAR, WRITERS, rosbag1, typesys, write_bag1, write_bag2, write_ulog
 from tests.places import ROOT
 from tests.readers import refused
+from tests.runs import demand_sets
 
 RATE = 50.0
 
@@ -311,7 +311,7 @@ def test_options_on_a_log_hold_in_a_run_too(tmp_path: Path, demands: tuple[Float
     file = write_bag1(tmp_path, *demands, topics=("/a", "/b"))
     options = LogOptions(topic="/b", frame="frd", scale=(2.0,))
     settings = RunSettings(vehicles=("ukwial",), demands=(str(file),), log=options, n_demands=7)
-    (built,) = demand_sets(settings, vehicles(settings))
+    (built,), _ = demand_sets(settings)
     told = read_log(file, PLANAR, options).taus
     np.testing.assert_array_equal(built.taus, told[:7])
     np.testing.assert_array_equal(told[:, 1], -2 * demands[1][:, 1])
