@@ -3,8 +3,7 @@
 from alloc.c.bind import bound
 from alloc.c.call import arguments, function_name, in_comment, parameters
 from alloc.c.compiled import missing
-from alloc.c.esc import to_escs
-from alloc.c.esc_code import EscCode, last_metre
+from alloc.c.esc import EscCode, last_metre, to_escs
 from alloc.c.esc_selftest import esc_selftest
 from alloc.c.generate import digest, generate, known_faults, printed, programs, sources
 from alloc.c.helpers import covering

@@ -3,7 +3,7 @@
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.c.esc_code import EscCode
+from alloc.c.esc import EscCode
 from alloc.c.license import IN_C
 from alloc.c.selftest import listed
 from alloc.program import Scalar

@@ -74,6 +74,11 @@ class Tables:
     curves: list[SteppedCurve]
     which: list[int]
 
+    @property
+    def knots(self) -> int:
+        """How many knots all curves have."""
+        return sum(len(curve.steps) for curve in self.curves)
+
 
 def tables(escs: Sequence[Esc]) -> Tables:
     """The tables of n ESCs."""

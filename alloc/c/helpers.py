@@ -1,5 +1,6 @@
 """C functions that statements call, each defined where it is used only."""
 
+import re
 from collections.abc import Collection, Iterable, Iterator
 
 from alloc.program import Branch, Exit, Fence, Program, Scalar, every
@@ -18,7 +19,7 @@ def definitions(wanted: Collection[str], scalar: Scalar) -> str:
         if name in wanted
     }
     return "".join(
-        f"\n#ifndef {name.upper()}\n#define {name.upper()}\n{_in(definition, scalar)}#endif\n"
+        f"\n#ifndef {name.upper()}\n#define {name.upper()}\n{in_scalar(definition, scalar)}#endif\n"
         for name, definition in texts.items()
     )
 
@@ -31,7 +32,9 @@ def called(name: str, scalar: Scalar) -> str:
 def covering(source: str, scalar: Scalar) -> str:
     """The C with its least and most of two numbers in the form for analysers, and else as it is."""
     for name in SIGNS:
-        source = source.replace(_in(_usual(name, scalar), scalar), _in(_covering(name, scalar), scalar))
+        source = source.replace(
+            in_scalar(_usual(name, scalar), scalar), in_scalar(_covering(name, scalar), scalar)
+        )
     return source
 
 
@@ -47,18 +50,20 @@ def _used(program: Program) -> Iterator[str]:
             yield "fence"
 
 
-def _in(definition: str, scalar: Scalar) -> str:
-    """A definition with its words for scalars in that type."""
+def in_scalar(text: str, scalar: Scalar) -> str:
+    """C with its words for a scalar, its numbers and its functions in that type."""
     mark = "F" if scalar == "float" else ""
     words = {
         "SCALAR": scalar,
         "_OF": mark.lower(),
         "ZERO": f"0.0{mark}",
+        "HALF": f"0.5{mark}",
+        "ONE": f"1.0{mark}",
         "FABS": f"__builtin_fabs{mark.lower()}",
     }
-    for word, text in words.items():
-        definition = definition.replace(word, text)
-    return definition
+    for word, instead in words.items():
+        text = re.sub(rf"(?<![A-Z_]){word}(?![A-Z_])" if word != "_OF" else r"_OF(?=\()", instead, text)
+    return text
 
 
 _FAST_MATH = """\

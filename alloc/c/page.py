@@ -2,7 +2,7 @@
 
 from alloc.allocation import BoundedSteps
 from alloc.c.call import arguments, function_name, parameters
-from alloc.c.esc_code import EscCode
+from alloc.c.esc import EscCode
 from alloc.c.generate import known_faults, programs, returned
 from alloc.c.recipe import Recipe
 from alloc.c.volts import limits_at

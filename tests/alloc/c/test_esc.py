@@ -103,7 +103,7 @@ def test_limits_of_their_own_and_limits_without_zero_hold(keys, tmp_path: Path) 
         ("step->j + by", "step->j"),
         ("made = step.makes;", "made = -step.makes;"),
         ("(x - wish) <=", "(x - wish) >="),
-        ("!known ? 2", "!known ? 1"),
+        ("UNKNOWN : tb", "CUT : tb"),
         ("while (above < x", "while (0 && above < x"),
         ("now->up = up <", "now->up = 2 * up <"),
         ("end > 0 ? ends->high", "end < 0 ? ends->high"),
