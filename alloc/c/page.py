@@ -1,14 +1,16 @@
 """A page on how to call generated C, for whoever puts it on a vehicle."""
 
+from collections.abc import Iterable
+
 from alloc.allocation import BoundedSteps
 from alloc.c.call import arguments, function_name, parameters
 from alloc.c.esc import EscCode
 from alloc.c.generate import known_faults, programs, returned
 from alloc.c.recipe import Recipe
-from alloc.c.volts import limits_at
 from alloc.formulations import find_formulation
 from alloc.kernels.tolerance import MET
 from alloc.program import Faults, Scalar, Where
+from alloc.program.literal import number
 from alloc.vehicle import Vehicle
 from alloc.vehicle.frame import described, effect
 from alloc.vehicle.geometry import unit
@@ -93,7 +95,7 @@ times the largest limit ({vehicle.f_scale:g} N).{rounding}
 | out | lower limit [N] | upper limit [N] |
 |---|---|---|
 {own}
-{moving}{shares}{warning}{limits_at(vehicle, scalar) if limits == "call" else ""}{_esc(last) if last else ""}
+{moving}{shares}{warning}{_limits_at(vehicle, scalar) if limits == "call" else ""}{_esc(last) if last else ""}
 ## Check it where it will run
 
 `test/{name}_test.c` holds demands for {cases}, with the
@@ -148,3 +150,55 @@ def _levels(vehicle: Vehicle, kernel: Recipe) -> str:
     way = find_formulation(kernel.formulation).way
     named = way(vehicle).levels if way else (vehicle.dof,)
     return "; ".join(", ".join(axes) for axes in named)
+
+
+def _limits_at(vehicle: Vehicle, scalar: Scalar) -> str:
+    """The section of the page: a C function that gives f_min and f_max at a voltage; nothing without a table.
+
+    Linear between the voltages of the vehicle's table, and within the vehicle's own limits, as
+    ``Vehicle.limits``; beyond the table's ends, which Python refuses, an end's limits.
+    """
+    table = vehicle.by_volts
+    if table is None:
+        return ""
+    levels, n = len(table.volts), vehicle.n
+    head = f"void limits_at({scalar} volts, {scalar} f_min[{n}], {scalar} f_max[{n}])"
+
+    def row(values: Iterable[float]) -> str:
+        return "{" + ", ".join(number(value, scalar) for value in values) + "}"
+
+    low, high = (
+        "{\n        " + ",\n        ".join(row(limits) for limits in side.tolist()) + "}"
+        for side in (table.f_min, table.f_max)
+    )
+    return f"""
+## Limits at a battery's voltage
+
+Linear between the voltages of the vehicle's table, and never wider than the vehicle's own limits. Beyond the
+table the limits of its nearest end hold, where NaN is taken for the lowest voltage.
+
+```c
+{head};
+
+{head}
+{{
+    static const {scalar} at[{levels}] = {row(table.volts.tolist())};
+    static const {scalar} low[{levels}][{n}] = {low};
+    static const {scalar} high[{levels}][{n}] = {high};
+    static const {scalar} own_low[{n}] = {row(vehicle.f_min.tolist())};
+    static const {scalar} own_high[{n}] = {row(vehicle.f_max.tolist())};
+    int i = 0, j;
+    {scalar} part;
+    while (i < {levels - 2} && volts > at[i + 1])
+        ++i;
+    part = (volts - at[i]) / (at[i + 1] - at[i]);
+    part = part >= 1 ? 1 : part > 0 ? part : 0;
+    for (j = 0; j < {n}; ++j) {{
+        f_min[j] = low[i][j] + part * (low[i + 1][j] - low[i][j]);
+        f_max[j] = high[i][j] + part * (high[i + 1][j] - high[i][j]);
+        f_min[j] = f_min[j] > own_low[j] ? f_min[j] : own_low[j];
+        f_max[j] = f_max[j] < own_high[j] ? f_max[j] : own_high[j];
+    }}
+}}
+```
+"""

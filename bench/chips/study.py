@@ -10,7 +10,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from alloc import NotApplicable, Vehicle
+from alloc import NotApplicable, Status, Vehicle
 from alloc.allocation import FloatArray, IndexArray
 from alloc.errors import NotInstalled
 from alloc.program import Faults, Scalar, Where
@@ -18,7 +18,6 @@ from bench.chips import esc, search
 from bench.chips.agreement import agreement
 from bench.chips.count import CallCounts, count
 from bench.chips.cycles import cycles
-from bench.chips.delivered import delivered
 from bench.chips.image import Image, link
 from bench.chips.kernel import SCALARS, Kernel
 from bench.chips.kernels import build_kernel, check
@@ -30,7 +29,9 @@ from bench.chips.toolchain import ToolError, missing, versions
 from bench.demands import DemandSet, build_demands, labelled
 from bench.demands.corners import extremes
 from bench.harness import machine
-from bench.record import Emulated
+from bench.judging.judge import rounded
+from bench.judging.loss import direction_error_deg, relative_wrench_error, share_along
+from bench.record import SERVED_WITHIN, Emulated
 
 CLASSES = ("inactive", "active", "boundary", "infeasible", "mission", "jolts")
 SEARCH = "search"
@@ -209,5 +210,18 @@ def _counted(row: Emulated, demands: DemandSet, image: Image, counted: CallCount
         distance_rel_max=agreed.distance_rel_max,
         other_verdicts=agreed.other_verdicts,
         least=least_instructions(image.kernel, demands.vehicle),
-        **delivered(demands, counted),
+        **_delivered(demands, counted),
     )
+
+
+def _delivered(demands: DemandSet, counted: CallCounts) -> dict[str, float | None]:
+    """Share of all demands delivered to 1 %; mean share along and largest angle of those answered."""
+    answered = np.isin(counted.status, (Status.SOLVED, Status.PARTIAL))[:, None]
+    asked = demands.vehicle, demands.taus, np.where(answered, counted.F, np.nan), demands.limits
+    close = np.count_nonzero(relative_wrench_error(*asked) <= SERVED_WITHIN) / len(demands.taus)
+    along, turned = share_along(*asked), direction_error_deg(*asked)
+    return {
+        "within_1pct_share": rounded(close),
+        "along_mean": None if np.isnan(along).all() else rounded(float(np.nanmean(along))),
+        "direction_error_max_deg": None if np.isnan(turned).all() else rounded(float(np.nanmax(turned))),
+    }

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 
+import msgspec
 import numpy as np
 
 from alloc import Allocation, Status, Vehicle, build
@@ -14,15 +15,15 @@ from alloc.kernels.tolerance import MET, MET_BY_SOLVERS
 from alloc.rivals import load
 from bench.chips import esc
 from bench.chips.agreement import agreement, explained
-from bench.chips.board.counted import counts
 from bench.chips.board.heard import NOOP, Heard, TimedCalls
 from bench.chips.count import CallCounts
 from bench.chips.kernel import Kernel
 from bench.chips.target import names, target
+from bench.demands import DemandSet
 from bench.harness.lines import problem
 from bench.judging.judge import judge
 from bench.judging.question import Question, ask_here, questions, right_answers
-from bench.record import SCHEMA, Batch, Cell, Header, Judged, Key, Line, Method, Problem
+from bench.record import SCHEMA, Batch, Cell, Emulated, Header, Judged, Key, Line, Method, Problem
 from bench.record.measured import binned
 from bench.record.schema import slug
 from bench.results.quantiles import merge
@@ -220,3 +221,44 @@ def _judged(question: Question, kernel: Kernel, promised: Promise, run: TimedCal
             said.append(f"answers of {run.other_answers} passes differ from those of the first")
         judged.wrong = "; ".join(filter(None, said))
     return judged
+
+
+def counts(heard: Heard) -> Iterator[Emulated]:
+    """Counts of instructions where a tick of the port is one: a line for each method on each demand set."""
+    facts = heard.board.facts
+    for (method, name), runs in heard.asked.items():
+        if method == NOOP:  # a driver that counts instructions does not ask it
+            continue
+        kernel, run = heard.board.kernels[method], runs[0]
+        counted = CallCounts(run.F, run.status, run.ticks, run.stack_bytes, run.shares)
+        row = Emulated(
+            vehicle=heard.board.vehicle.name,
+            target=heard.board.processor,
+            method=method,
+            scalar=kernel.scalar,
+            limits=kernel.limits,
+            solver=kernel.solver,
+            seed=heard.board.seed,
+            tools={"compiler": facts.get("compiler", ""), "thrustbench": facts.get("commit", "")},
+        )
+        if method == esc.METHOD:
+            yield esc.counted_row(row, name, heard.vehicle, heard.thrusts[name], counted)
+            continue
+        demands = heard.demands[name]
+        agreed = agreement(kernel, demands, counted)
+        values, calls = np.unique(run.ticks, return_counts=True)
+        yield msgspec.structs.replace(
+            row,
+            demands=name,
+            instructions=list(zip(values.tolist(), calls.tolist(), strict=True)),
+            worst=_worst(demands, run),
+            stack_bytes=int(run.stack_bytes.max()),
+            agrees=agreed.agrees,
+            distance_rel_max=agreed.distance_rel_max,
+            other_verdicts=agreed.other_verdicts,
+        )
+
+
+def _worst(demands: DemandSet, run: TimedCalls) -> list[float]:
+    worst: list[float] = demands.taus[int(run.ticks.argmax())].tolist()
+    return worst

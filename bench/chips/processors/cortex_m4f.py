@@ -22,10 +22,9 @@ from typing import NamedTuple
 import numpy as np
 
 from alloc.allocation import BoolArray, IndexArray
-from bench.chips.executed import Executed, Trace
+from bench.chips.executed import BRANCHES, MANY, ONE, WORDS, Executed, Trace, listed, plain
 from bench.chips.interval import Cycles, Unpublished
 from bench.chips.target import cortex_m
-from bench.chips.thumb import BRANCHES, MANY, ONE, WORDS, listed, plain
 
 EARLY, LATE = 1, 2
 """Cycles to refill the pipeline where the target's address was known early, and where it was not; 1 more for

@@ -17,10 +17,9 @@ from typing import NamedTuple
 import numpy as np
 
 from alloc.allocation import IndexArray
-from bench.chips.executed import Executed, Trace
+from bench.chips.executed import BRANCHES, MANY, ONE, WORDS, Executed, Trace, listed, plain
 from bench.chips.interval import Cycles, Unpublished
 from bench.chips.target import cortex_m
-from bench.chips.thumb import BRANCHES, MANY, ONE, WORDS, listed, plain
 
 LONGEST = 200_000
 """Instructions of a call that is followed at most: OSQP's C takes a hundred times as many."""

@@ -12,10 +12,9 @@ import pytest
 from alloc import build, load_vehicle
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.program import Scalar, Where
-from bench.chips.board.counted import counts
 from bench.chips.board.files import write
 from bench.chips.board.keep import keep
-from bench.chips.board.measured import lines
+from bench.chips.board.measured import counts, lines
 from bench.chips.board.project import plan
 from bench.chips.kernels import own
 from bench.demands import labelled
