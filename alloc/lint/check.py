@@ -5,12 +5,20 @@ from typing import get_args
 
 from alloc.errors import FileError, VehicleError
 from alloc.lint.esc import on_esc
-from alloc.lint.failures import Failure, failures
+from alloc.lint.failures import failures, on_exact_method, on_failures
+from alloc.lint.geometry import (
+    on_columns,
+    on_digits,
+    on_mirror_images,
+    on_name,
+    on_odd_entry,
+    on_poses,
+    on_reach,
+    on_traces,
+    on_weights,
+)
 from alloc.lint.limits import on_limits, on_moving_limits, on_units
-from alloc.lint.losses import on_exact_method, on_failures
-from alloc.lint.matrix import on_columns, on_digits, on_odd_entry, on_reach, on_traces, on_weights
-from alloc.lint.poses import on_mirror_images, on_name, on_poses
-from alloc.lint.report import Facts, Finding, Level, Report, error
+from alloc.lint.report import Facts, Failure, Finding, Level, Report, error
 from alloc.vehicle.condition import condition
 from alloc.vehicle.file import find_file, matrices, read_document, vehicle_with
 

@@ -1,64 +1,20 @@
-"""Cost of each failure of a single thruster."""
+"""Cost of each failure of a single thruster, and the remarks on it."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Sequence
 from math import comb
-from types import MappingProxyType
-from typing import NamedTuple
 
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.errors import VehicleError
+from alloc.errors import NotApplicable, VehicleError
+from alloc.lint.report import Failure, Level, Remark, warning
+from alloc.nullspace.allocator import exact
 from alloc.reach.attainable import FACETS, alpha_range
 from alloc.vehicle import Vehicle
 from alloc.vehicle.condition import condition
 
 INVOLVED = 0.3
 """Share of a lost direction's largest coefficient from which an axis is named, with rows of unit length."""
-
-
-class Failure(NamedTuple):
-    """A vehicle without one of its thrusters.
-
-    Attributes
-    ----------
-    thruster : its index
-    name : what people call it, empty where it has no name
-    last : whether no thruster is left
-    lost : the directions that nothing pushes any more, each by the axes that it couples
-    condition : of T P over the rank that is left; see ``condition``
-    left : of each axis, the share of its range that is left where only this axis is pushed
-    """
-
-    thruster: int
-    name: str
-    last: bool = False
-    lost: tuple[tuple[str, ...], ...] = ()
-    condition: float | None = None
-    left: Mapping[str, float] = MappingProxyType({})
-
-    @property
-    def words(self) -> str:
-        """Cost of the failure in words: ``no pitch``, ``no heave and roll together``, ``surge 50 %``."""
-        if self.last:
-            return "no thruster is left"
-        if self.lost:
-            said = [
-                f"no {axes[0]}" if len(axes) == 1 else f"no {', '.join(axes[:-1])} and {axes[-1]} together"
-                for axes in self.lost
-            ]
-            named = {axis for axes in self.lost for axis in axes}
-            # A small coefficient names no axis, and still ties it to those that are lost.
-            said += [
-                f"no {axis} alone" for axis, share in self.left.items() if not share and axis not in named
-            ]
-            return ", ".join(said)
-        axes = [f"{axis} {100 * share:.0f} %" for axis, share in self.left.items() if share < LITTLE]
-        return f"{', '.join(axes)} of the range left" if axes else "every axis keeps its full range"
-
-
-LITTLE = 0.995
-"""Share of an axis's range from which a failure counts as costing nothing there."""
 
 
 def failures(vehicle: Vehicle) -> list[Failure]:
@@ -116,3 +72,39 @@ def _unpushed(vehicle: Vehicle) -> FloatArray:
 def _ranges(vehicle: Vehicle, axes: FloatArray) -> FloatArray:
     low, high = alpha_range(vehicle, axes)
     return np.maximum(high - low, 0.0)
+
+
+WORSE = 10.0
+"""Factor on the condition number by which a failure nearly takes a direction away."""
+
+
+def on_failures(found: Sequence[Failure], whole: float) -> Iterator[Remark]:
+    """Remarks on the loss of one thruster; failures that cost the same share a remark.
+
+    ``whole`` is the condition number before them.
+    """
+    alike: dict[tuple[Level, str], list[Failure]] = {}
+    for failure in found:
+        if failure.last or failure.lost:
+            costs: tuple[Level, str] = ("warning", failure.words)
+        elif failure.condition is not None and failure.condition > WORSE * whole:
+            costs = "warning", f"a direction is all but lost (condition {failure.condition:.0f})"
+        else:
+            costs = "note", failure.words
+        alike.setdefault(costs, []).append(failure)
+    for (level, words), same in alike.items():
+        numbers = "" if any(failure.name for failure in same) else "thruster "
+        names = [failure.name or f"{'' if numbers else 'thruster '}{failure.thruster}" for failure in same]
+        yield level, "", f"without {numbers}{_either(names)}: {words}"
+
+
+def on_exact_method(vehicle: Vehicle) -> tuple[int | None, list[Remark]]:
+    """Steps of the exact method at worst; None, and a remark, where it does not apply."""
+    try:
+        return exact(vehicle).worst_case_steps, []
+    except NotApplicable as reason:
+        return None, [warning("T", str(reason))]
+
+
+def _either(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"

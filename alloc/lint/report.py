@@ -1,16 +1,22 @@
-"""Report of a check of a vehicle file."""
+"""Report of a check of a vehicle file: its findings, and the report as a table or JSON."""
 
+import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, NamedTuple
+from types import MappingProxyType
+from typing import Literal, NamedTuple, get_args
 
-from alloc.lint.failures import Failure
+from alloc.lint.probe import Probe
+from alloc.vehicle.frame import described
 
 Level = Literal["error", "warning", "note"]
 """An error makes the file unusable, a warning deserves a second look, a note states an assumption or a
 consequence."""
 Remark = tuple[Level, str, str]
 """Level, key of the file that the remark is about (empty where there is none), and message."""
+LITTLE = 0.995
+"""Share of an axis's range from which a failure counts as costing nothing there."""
 FARTHEST_ARM = 100.0  # m; a longer arm is probably written in mm
 
 
@@ -71,6 +77,46 @@ class Facts(NamedTuple):
     frame: str = "frd"
 
 
+class Failure(NamedTuple):
+    """A vehicle without one of its thrusters.
+
+    Attributes
+    ----------
+    thruster : its index
+    name : what people call it, empty where it has no name
+    last : whether no thruster is left
+    lost : the directions that nothing pushes any more, each by the axes that it couples
+    condition : of T P over the rank that is left; see ``condition``
+    left : of each axis, the share of its range that is left where only this axis is pushed
+    """
+
+    thruster: int
+    name: str
+    last: bool = False
+    lost: tuple[tuple[str, ...], ...] = ()
+    condition: float | None = None
+    left: Mapping[str, float] = MappingProxyType({})
+
+    @property
+    def words(self) -> str:
+        """Cost of the failure in words: ``no pitch``, ``no heave and roll together``, ``surge 50 %``."""
+        if self.last:
+            return "no thruster is left"
+        if self.lost:
+            said = [
+                f"no {axes[0]}" if len(axes) == 1 else f"no {', '.join(axes[:-1])} and {axes[-1]} together"
+                for axes in self.lost
+            ]
+            named = {axis for axes in self.lost for axis in axes}
+            # A small coefficient names no axis, and still ties it to those that are lost.
+            said += [
+                f"no {axis} alone" for axis, share in self.left.items() if not share and axis not in named
+            ]
+            return ", ".join(said)
+        axes = [f"{axis} {100 * share:.0f} %" for axis, share in self.left.items() if share < LITTLE]
+        return f"{', '.join(axes)} of the range left" if axes else "every axis keeps its full range"
+
+
 @dataclass(frozen=True)
 class Report:
     """All findings about one file.
@@ -91,3 +137,40 @@ class Report:
     def count(self, level: Level) -> int:
         """How many findings have that level."""
         return sum(finding.level == level for finding in self.findings)
+
+
+def to_json(report: Report, tried: Sequence[Probe] | None = None) -> str:
+    """One JSON object: file, usable, facts or null, findings, failures; probe where there is one."""
+    probe = {} if tried is None else {"probe": [one._asdict() for one in tried]}
+    return json.dumps(
+        {
+            "file": str(report.path),
+            "usable": report.count("error") == 0,
+            "facts": None if report.facts is None else report.facts._asdict(),
+            "findings": [finding._asdict() for finding in report.findings],
+            "failures": [failure._asdict() for failure in report.failures],
+        }
+        | probe,
+        indent=2,
+        ensure_ascii=False,
+    )
+
+
+def as_table(report: Report) -> str:
+    """One line of facts, one line for each finding, and the number of findings by level."""
+    lines = []
+    if facts := report.facts:
+        steps = (
+            "" if facts.worst_case_steps is None else f", exact method at most {facts.worst_case_steps} steps"
+        )
+        lines.append(
+            f"{facts.name}: {facts.k} DOF, {facts.n} thrusters, rank {facts.rank}, "
+            f"d = {facts.nullity}, condition {facts.condition:.3g}{steps}, frame {described(facts.frame)}"
+        )
+    for level, key, line, message in report.findings:
+        place = f"line {line}, " if line else ""
+        named = f"{key}: {message.removeprefix(f'{key}: ')}" if key else message
+        lines.append(f"{level:7}  {place}{named}")
+    counts = [(report.count(level), level) for level in get_args(Level)]
+    total = ", ".join(f"{count} {level}{'' if count == 1 else 's'}" for count, level in counts)
+    return "\n".join([*lines, f"{report.path}: {total}"])

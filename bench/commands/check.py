@@ -32,7 +32,7 @@ def command(vehicle: str, as_json: bool, probe: bool, picture: Path | None, no_p
     """
     from alloc.lint.check import check_vehicle
     from alloc.lint.probe import as_text, probes
-    from alloc.lint.text import as_table, to_json
+    from alloc.lint.report import as_table, to_json
 
     if picture is not None and picture.suffix.lower() not in (".svg", ".pdf", ".png"):
         raise click.UsageError(f"--picture {picture}: name a file that ends in .svg, .pdf or .png")

@@ -9,8 +9,7 @@ import pytest
 
 from alloc import list_vehicles
 from alloc.lint.check import check_vehicle
-from alloc.lint.report import Level, Report
-from alloc.lint.text import as_table
+from alloc.lint.report import Level, Report, as_table
 from tests.places import ROOT
 
 PUBLISHED = Path(__file__).parent / "data" / "published"

@@ -12,7 +12,7 @@ import yaml
 from alloc import list_vehicles, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.lint.check import check_vehicle
-from alloc.lint.digits import decimals, nearly_dependent
+from alloc.lint.geometry import decimals, nearly_dependent
 from alloc.lint.report import Finding
 from alloc.vehicle.geometry import DOF
 from bench.demands.near_degenerate import FAMILIES, three_planes
