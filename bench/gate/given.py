@@ -60,7 +60,7 @@ class Given:
     def add(self, answer: Any) -> None:
         """Take an answer; raises what an answer that is none raises as it is read."""
         f, status = answer[0], int(answer[1])
-        # A user's plug-in, and an older tree, may say no shares.
+        # A user's plug-in may return no shares.
         shares = list(map(float, answer[4])) if len(answer) > 4 else []
         if getattr(f, "shape", ()) != (len(self._nothing),) or f.dtype.kind not in "fiu":
             self.odd.append(len(self.status))

@@ -90,9 +90,7 @@ class Orders:
         self.alloc = importlib.import_module("alloc")
         if not Path(self.alloc.__file__).is_relative_to(tree):
             raise ImportError(f"alloc came from {self.alloc.__file__}, not from {tree}")
-        # Older trees have load_plugin and prepare in alloc itself.
-        found = importlib.util.find_spec("alloc.discovery")
-        self.discovery = importlib.import_module("alloc.discovery") if found else self.alloc
+        self.discovery = importlib.import_module("alloc.discovery")
         for file in map(Path, plugins):
             try:
                 entry = self.discovery.load_plugin(file)
@@ -126,7 +124,7 @@ class Orders:
         """Facts about a vehicle that equations and rules need."""
         v = self.alloc.load_vehicle(self.files.get(name, name))
         arrays = {key: getattr(v, key).tolist() for key in ARRAYS}
-        levels = {key: getattr(v, key, ()) for key in LEVELS}  # older trees have no groups
+        levels = {key: getattr(v, key) for key in LEVELS}
         return {"dof": list(v.dof), **arrays, **levels}
 
     def build(

@@ -18,7 +18,7 @@ from alloc.errors import FileError
 from alloc.files.textfile import write_text
 from bench.layouts.measure import refused
 from bench.layouts.shards import ShardTask, keep, read_shard, tasks, values, whole_shards
-from bench.layouts.space import LayoutSpace, base_order, combinations_of_grid, poses
+from bench.layouts.space import LayoutSpace, combinations_of_grid, poses
 from bench.layouts.study import MOST, StudyDocument, StudyFile
 from bench.layouts.summary import merged, spread
 
@@ -189,15 +189,6 @@ def front_of(shards: Path) -> "pa.Table":
 def identity(space: LayoutSpace, keys: StudyFile, n: int) -> str:
     """All that decides the bytes of a study's shards, as JSON."""
     study, base = msgspec.to_builtins(keys), _plain(replace(space, said=()))
-    # Folders from before these keys are gone on with where they say nothing.
-    del base["said"]
-    counts = [max(group.images) for group in space.groups]
-    if (np.diff(base_order(space.groups, counts)) > 0).all():  # group by group, as before there were members
-        for group in base["groups"]:
-            del group["members"]
-    for key in ("frame", "columns", "scale"):
-        if not study["demands"][key]:
-            del study["demands"][key]
     numbers = {"n": n, "study": study, "base": base}
     return msgspec.json.format(msgspec.json.encode(numbers, order="sorted")).decode() + "\n"
 

@@ -97,19 +97,10 @@ class Judged(msgspec.Struct, omit_defaults=True, kw_only=True):
     share_p50: list[float] = []
     share_min: list[float] = []
 
-    def __post_init__(self) -> None:
-        """Give numbers of ``loss`` in older records their present names."""
-        if not self.loss.keys().isdisjoint(RENAMED):
-            self.loss = {RENAMED.get(name, name): value for name, value in self.loss.items()}
-
     @property
     def objection(self) -> str:
         """Reason why the answers are wrong, an equation or the promised distance; empty if they are right."""
         return self.wrong or (FARTHER if self.agrees is False else "")
-
-
-RENAMED = {f"wrench_error_rel_{q}": f"lost_wrench_{q}" for q in ("p50", "p99", "max")}
-"""Names that older records have for numbers of ``loss``, and what they are now."""
 
 
 class Quiet(msgspec.Struct, omit_defaults=True):

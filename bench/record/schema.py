@@ -67,12 +67,12 @@ class Method(msgspec.Struct, tag="method", omit_defaults=True, kw_only=True):
     plugin: bool = False
 
     def __post_init__(self) -> None:
-        """Give families of older records their present names."""
+        """Give the family of version 0.1 in ``results`` its present name."""
         self.family = RENAMED_FAMILIES.get(self.family, self.family)
 
 
 RENAMED_FAMILIES = {"exact closed form": "for an optimum, no QP solver"}
-"""Names that older records have for families, and what they are now: not each of their methods is exact."""
+"""Families as version 0.1 wrote them, and their names now: not each of their methods is exact."""
 
 
 class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):

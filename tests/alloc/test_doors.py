@@ -1,6 +1,5 @@
-"""Old names of ``alloc`` go on working for a release; what an Allocation says of itself."""
+"""Exports of ``alloc`` and ``alloc.plugin``, and the truth value of an Allocation."""
 
-from importlib import import_module
 from math import nan
 
 import numpy as np
@@ -10,24 +9,8 @@ import alloc
 import alloc.plugin
 from alloc import Allocation, Status
 
-OLD = [
-    *((name, module) for module, names in alloc.MOVED.items() for name in names),
-    *((name, "alloc.plugin") for name in alloc.plugin.__all__),
-]
-
-
-@pytest.mark.parametrize(("name", "module"), OLD)
-def test_an_old_name_still_works_and_says_where_it_is_now(name: str, module: str) -> None:
-    with pytest.warns(DeprecationWarning, match=rf"from {module} import {name}$") as warned:
-        old = getattr(alloc, name)
-    assert old is getattr(import_module(module), name)
-    assert warned[0].filename == __file__
-
 
 def test_no_name_stands_in_two_doors() -> None:
-    moved = {name for name, _ in OLD}
-    assert len(moved) == len(OLD)
-    assert moved.isdisjoint(alloc.__all__)
     assert set(alloc.__all__).isdisjoint(alloc.plugin.__all__)
 
 

@@ -1,12 +1,10 @@
 """Shards: the same bytes whoever works them out, whole or not there; a study goes on where it stopped."""
 
-import json
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import msgspec
 import numpy as np
 import pytest
 from scipy.stats import qmc
@@ -16,7 +14,7 @@ from bench.inputs.demand_csv import read_demands
 from bench.layouts import shards
 from bench.layouts.measure import Columns, numbers
 from bench.layouts.report import page, render_study
-from bench.layouts.run import Compute, Done, check_folder, front_of, identity, run_study
+from bench.layouts.run import Compute, Done, check_folder, front_of, run_study
 from bench.layouts.shards import (
     SHARD,
     OtherVersion,
@@ -106,29 +104,6 @@ def test_a_folder_with_shards_is_refused_without_resume_and_for_another_study(
     with pytest.raises(AllocError, match="another study, base, --n or seed"):
         check_folder(folder, space, keys, N + 1, resume=True)
     check_folder(folder, space, keys, N, resume=True)
-
-
-def test_a_folder_from_before_logs_had_keys_in_a_study_is_gone_on_with(
-    study: tuple[LayoutSpace, StudyFile, Path],
-) -> None:
-    space, keys, _ = study
-    asked = json.loads(identity(space, keys, N))
-    assert not {"frame", "columns", "scale"} & asked["study"]["demands"].keys()
-    assert "said" not in asked["base"]
-    framed = msgspec.structs.replace(keys, demands=msgspec.structs.replace(keys.demands, frame="flu"))
-    assert json.loads(identity(space, framed, N))["study"]["demands"]["frame"] == "flu"
-
-
-def test_a_folder_from_before_layouts_had_the_base_s_order_is_gone_on_with_where_it_has_that_order(
-    tmp_path: Path,
-) -> None:
-    def members(text: str) -> list[bool]:
-        space, _ = compiled(tmp_path, text)
-        asked = json.loads(identity(space, read_study(tmp_path / "study.yaml").keys, N))
-        return ["members" in group for group in asked["base"]["groups"]]
-
-    assert members(TEXT) == [False, False]
-    assert members(TEXT.replace("thrusters: [2, 3]", "thrusters: [3, 2]")) == [True, True]
 
 
 def test_a_worker_with_other_code_is_refused(study: tuple[LayoutSpace, StudyFile, Path]) -> None:

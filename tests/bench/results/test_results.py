@@ -224,7 +224,7 @@ def test_the_interval_of_a_share_is_clopper_and_pearson_s(hits: int, n: int) -> 
 @pytest.mark.parametrize("q", [0.5, 0.99, 0.999])
 @pytest.mark.parametrize("n", [20_000, 123_457])
 def test_the_interval_of_a_quantile_has_binomial_ranks(n: int, q: float) -> None:
-    """Of n calls, as many as the low rank lie below the quantile with 2.5 %, and fewer with less."""
+    """At most as many of n calls as the low rank lie below the quantile with 2.5 %, and fewer with less."""
     low, high = interval([(ns, 1) for ns in range(1, n + 1)], q) or (0, 0)
     for rank, p in ((low, 0.025), (high - 1, 0.975)):
         assert binom.cdf(rank - 1, n, q) < p <= binom.cdf(rank, n, q)
@@ -241,12 +241,3 @@ def test_shares_stand_level_by_level_and_the_least_of_all_repeats_counts(tmp_pat
     ]
     made = row(tmp_path, *cells)
     assert (made.share_p50, made.share_min) == ("1 0.5", "0.5 0.25")
-
-
-def test_a_loss_by_its_name_in_older_records_is_read(tmp_path: Path) -> None:
-    """The old name was also that of another number, the error over the vehicle's wrench scale."""
-    loss: dict[str, float | None] = {"wrench_error_rel_p50": 0.1, "wrench_error_rel_max": 0.2}
-    judged = Judged(answers=1, counts={"SOLVED": 1}, wrench_error_rel_max=0.3)
-    judged.loss = loss
-    read = row(tmp_path, made_up.cell(judged=judged))
-    assert (read.lost_wrench_p50, read.lost_wrench_max, read.wrench_error_relative) == (0.1, 0.2, 0.3)
