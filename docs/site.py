@@ -1,4 +1,4 @@
-"""What ``make docs`` adds to the pages of this folder: the README, the committed report, an API reference.
+"""Additions of ``make docs`` to the pages of this folder: README, committed report, API reference.
 
 MkDocs calls ``on_config`` and ``on_files`` before it reads the pages, griffe calls ``Words`` on docstrings.
 """

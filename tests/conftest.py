@@ -62,7 +62,7 @@ shipped = cache(load_vehicle)
 
 
 def structure(name: str) -> tuple[object, ...]:
-    """What decides a shipped vehicle's way through the code: k, n, rank, and the blocks of its null space."""
+    """Structure that decides a shipped vehicle's way through the code: k, n, rank, null space's blocks."""
     vehicle = shipped(name)
     return vehicle.k, vehicle.n, vehicle.rank, *(block.N.shape for block in decompose(vehicle).blocks)
 

@@ -45,7 +45,7 @@ def pytest_runtest_setup(item: pytest.Item) -> Iterator[None]:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_teardown() -> Iterator[None]:
-    """What ends a process may start one."""
+    """The process that ends others may start one."""
     _asked.clear()
     return (yield)
 

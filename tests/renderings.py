@@ -1,4 +1,4 @@
-"""What two rendered files show: structure and words have to be the same, numbers nearly.
+"""Contents of two rendered files: structure and words have to be the same, numbers nearly.
 
 Pictures and tables hold what numpy and the C library compute, whose last digits belong to the processor.
 """
@@ -14,7 +14,7 @@ PIXEL = Decimal("0.01")
 
 
 def differences(made: str, kept: str, svg: bool = False) -> list[str]:
-    """What differs between two renderings, in words; empty where they show the same.
+    """Differences between two renderings, in words; empty where they show the same.
 
     Whole numbers are counts and have to be equal. Others may differ by one unit of the last digit that is
     printed, as a value does that lies between two of them; in a picture by PIXEL.

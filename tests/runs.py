@@ -1,4 +1,4 @@
-"""What tests of runs share: a run as a process of its own, and waiting for what it does."""
+"""Helpers for tests of runs: a run as a process of its own, and waiting for its progress."""
 
 import subprocess
 import sys

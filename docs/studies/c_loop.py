@@ -40,7 +40,7 @@ def program(kernel: Kernel, taus: FloatArray) -> Iterator[list[str]]:
 
 
 def _header(kernel: Kernel) -> str:
-    """What the loop must know of a kernel; behind tau lie f_min and f_max."""
+    """Facts of a kernel that the loop must know; behind tau lie f_min and f_max."""
     places = {"f_min": f"tau + {kernel.k}", "f_max": f"tau + {kernel.k + kernel.n}"}
     arguments = re.sub("f_min|f_max", lambda name: places[name[0]], kernel.arguments)
     shares = f"static {kernel.scalar} share[{kernel.levels}];\n" if kernel.levels else ""

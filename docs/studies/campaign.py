@@ -41,7 +41,7 @@ HARMLESS = ("answers", "refused", "not converged, attainable", "another status a
 
 
 def judged(vehicle: Vehicle, name: str, sets: list[DemandsAsked], count: int) -> dict[str, int]:
-    """What is wrong with answers to the first ``count`` demands of each set, and how many there are."""
+    """Faults of answers to the first ``count`` demands of each set, and their number."""
     found = Counter[str]()
     try:
         allocate = build(name, vehicle)
@@ -81,7 +81,7 @@ def judged(vehicle: Vehicle, name: str, sets: list[DemandsAsked], count: int) ->
 def delivers(
     vehicle: Vehicle, formulation: str, answer: Allocation, tau: FloatArray, *limits: FloatArray
 ) -> bool:
-    """Whether thrusts make what the shares say, where an answer says any."""
+    """True if thrusts make what the shares say, where an answer says any."""
     way_of = find_formulation(formulation).way
     if way_of is None or not answer.found:
         return True
@@ -104,7 +104,7 @@ def demands_of(entry: Entry, number: int) -> int:
 
 
 def lot(numbers: range, entries: list[Entry], near: bool = False) -> dict[str, object]:
-    """What methods do on the vehicles of these numbers, as a line of the file."""
+    """Results of methods on the vehicles of these numbers, as a line of the file."""
     total: dict[str, Counter[str]] = {}
     first: dict[str, str] = {}
     solvers.disbelieved.clear()

@@ -53,7 +53,7 @@ class Crew:
     missed: list[float] = field(default_factory=list)
 
     def act(self, method: str, vehicle: Vehicle, way: str = "") -> Act:
-        """What acts on the vehicle where the method answers; where it has no answer, thrusts stay.
+        """Force on the vehicle where the method answers; where it has no answer, thrusts stay.
 
         With a way to the ESCs (``last_metre.ways``) thrusters make what that sends; the linear map, which has
         no curve, takes what was asked for made.

@@ -103,7 +103,7 @@ def pulses(thrusts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def calls(demands: np.ndarray, thrusts: np.ndarray) -> dict[str, np.ndarray]:
-    """What each function is given: pulse widths as the bits of single-precision numbers."""
+    """Arguments of each function: pulse widths as the bits of single-precision numbers."""
     aimed, sent = pulses(thrusts)
     widths = np.hstack([sent[:-1], aimed]).view(FLOAT)
     return {"alloc_thrust_to_pwm": thrusts, "alloc_slew_step": widths} | dict.fromkeys(

@@ -55,7 +55,7 @@ def main(trials: int, one_in: int, seed: int, cells: int) -> None:
 
 
 def compared(base: SourceTree, head: SourceTree, cells: int) -> dict[str, str]:
-    """What the gate says of the head's answers, by cell, for so many of the default ones; or nothing."""
+    """Verdict of the gate on the head's answers, by cell, for so many of the default ones; or nothing."""
     with closing(Prober(base)) as one, closing(Prober(head)) as other:
         examined = examine(one, other, DEFAULT_CELLS[:cells])
     return {

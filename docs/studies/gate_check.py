@@ -112,7 +112,7 @@ def commit(tree: Path, message: str) -> None:
 
 
 def git(tree: Path, *arguments: str) -> str:
-    """What git prints there, under a made-up name; raises CalledProcessError."""
+    """Output of git there, under a made-up name; raises CalledProcessError."""
     # Users sign their commits and have hooks for all repositories: neither is for one that is thrown away.
     who = ("user.name=check", "user.email=check@localhost")
     settings = (*who, "commit.gpgsign=false", "core.hooksPath=/dev/null")
@@ -121,7 +121,7 @@ def git(tree: Path, *arguments: str) -> str:
 
 
 def passes(case: GateCase) -> bool:
-    """Whether the gate says what it must; prints a line, and all that the gate said where it does not."""
+    """True if the gate's verdict is right; prints a line, and the gate's text where it is not."""
     with tempfile.TemporaryDirectory() as folder:
         tree = Path(folder) / "tree"
         copy(tree)

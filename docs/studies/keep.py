@@ -19,7 +19,7 @@ RESULTS = STUDIES.parents[1] / "results" / "studies"
 
 
 def title(study: Path) -> str:
-    """What a study shows: the first words of its docstring, up to a colon or a full stop."""
+    """Title of a study: the first words of its docstring, up to a colon or a full stop."""
     words = ast.get_docstring(ast.parse(study.read_text(encoding="utf-8"))) or study.stem
     return re.split(r"[:.]", words, maxsplit=1)[0]
 

@@ -78,7 +78,7 @@ def errors(
     flags: tuple[str, ...],
     where: Sequence[Where],
 ) -> Iterator[tuple[str, float]]:
-    """Of each program of a vehicle: its name where it failed, else none, and its worst error [-]."""
+    """Name of each program of a vehicle that failed, else none, and its worst error [-]."""
     for kernel, limits, scalar in product(kernels, where, SCALARS):
         try:
             files = generate(vehicle, kernel, scalar=scalar, limits=limits)

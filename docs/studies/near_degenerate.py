@@ -107,7 +107,7 @@ def compiled(
     ends: list[NDArray[Any]],
     folder: Path,
 ) -> Evaluated:
-    """What the C answers."""
+    """Answers of the C."""
     name = function_name(vehicle, kernel.name, scalar, limits)
     for file, text in sources(vehicle, kernel, scalar, "none", limits).items():
         (folder / file).write_text(text)

@@ -36,7 +36,7 @@ ASKED = ("inactive", "active", "infeasible")
 
 
 def goals() -> str:
-    """What was asked of each kernel, and what was counted."""
+    """Demands asked of each kernel, and their counts."""
     record = read(EMULATED)
     return emulation.goals(emulated_rows(record.emulated), record.processors)
 
@@ -189,7 +189,7 @@ def strongest() -> str:
 
 
 def stm32f446() -> str:
-    """What the command prints that stands above the table."""
+    """Output of the command that stands above the table."""
     page = (ROOT / EMBEDDED).read_text(encoding="utf-8")
     (typed,) = re.findall(r"`thrustbench (size results/stm32f446 .*)`", page)
     done = CliRunner().invoke(cli, typed.replace("results", str(ROOT / "results")).split())
@@ -221,7 +221,7 @@ def sized(method: str, limits: str) -> list[str]:
 
 
 def esc() -> str:
-    """What the C from thrusts to ESCs takes, with limits that are fixed and with those of the call."""
+    """Cost of the C from thrusts to ESCs, with limits that are fixed and with those of the call."""
     counted = _kernels(_emulated("bluerov2-heavy --method esc"))
     flash, most = (
         [of(counted["bluerov2-heavy", "esc", *M4F, limits]) for limits in ("fixed", "call")]
@@ -235,7 +235,7 @@ def esc() -> str:
 
 
 def _emulated(*asked: str) -> Record:
-    """What ``thrustbench emulate`` counts on a Cortex-M4F in float, asked these."""
+    """Counts of ``thrustbench emulate`` on a Cortex-M4F in float for these."""
     with tempfile.TemporaryDirectory() as folder:
         for words in asked:
             typed = f"emulate --vehicle {words} --target {M4F[0]} --float --out {folder} --add"
@@ -245,7 +245,7 @@ def _emulated(*asked: str) -> Record:
 
 
 def _kernels(record: Record, faults: str = "one") -> dict[Kernel, list[EmulatedRow]]:
-    """What was counted of each kernel, a row for each class of demands."""
+    """Counts of each kernel, a row for each class of demands."""
     found: dict[Kernel, list[EmulatedRow]] = {}
     for row in emulated_rows(record.emulated):
         one = row.emulated
@@ -277,7 +277,7 @@ COUNTED = ("sizes", "esc")
 
 
 def shown(name: str) -> str:
-    """What stands between the marks of a table."""
+    """Text between the marks of a table."""
     return _parts(name)[1].removeprefix("\n")
 
 

@@ -203,7 +203,7 @@ def outcome(trial: Trial, vehicles: list[Vehicle], board: Target) -> Outcome:
 
 
 def verdict(found: Outcome, current: Outcome) -> str:
-    """Why a switch is not taken, beside the generator as it is."""
+    """Reason why a switch is not taken, beside the generator as it is."""
     answered, now = found.solved + found.partial, current.solved + current.partial
     dearer = f"{found.median / current.median:.2f} and {found.worst / current.worst:.2f} times the cost"
     if found.heap and not current.heap:

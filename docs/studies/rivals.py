@@ -46,7 +46,7 @@ OUTSIDE = 1e-4
 
 
 class Outcomes(NamedTuple):
-    """What became of demands off the boundary of the attainable set.
+    """Results for demands off the boundary of the attainable set.
 
     Attributes
     ----------
@@ -136,7 +136,7 @@ def tally(solver: str, vehicle: Vehicle, scalar: Scalar, n: int, limits: Where, 
 
 
 def price(method: str, vehicle: Vehicle, board: Target, scalar: Scalar) -> list[str]:
-    """What the check adds: instructions of a call that is answered and of one that is not, flash, stack."""
+    """Cost of the check: instructions of a call that is answered and of one that is not, flash, stack."""
     sets = [build_demands(name, vehicle, SEED, 20) for name in ("active", "infeasible")]
     sizes: list[FloatArray] = []
     for kernel in (build_kernel(method, vehicle, scalar), unchecked(method, vehicle, scalar)):

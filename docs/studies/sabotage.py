@@ -20,7 +20,7 @@ SCALARS: tuple[Scalar, ...] = ("double", "float")
 
 
 def found(sabotage: Sabotage, vehicle: str, scalar: Scalar) -> bool | None:
-    """Whether a proof notices; None where the C has nothing of the kind to break."""
+    """True if a proof notices; None where the C has nothing of the kind to break."""
     try:
         of = sabotaged(subject(load_vehicle(vehicle), sabotage.kernel, scalar, sabotage.limits), sabotage)
     except ValueError:

@@ -189,7 +189,7 @@ def _share_of_tau(program: Program) -> Program:
 
 
 def _loose(program: Program) -> Program:
-    """What demands may exceed the limits by is a million times as much."""
+    """The excess of demands over the limits is a million times as much."""
     bounds = {
         node[2] for node in program.nodes if node[0] == "le" and program.nodes[node[2]] != ("const", 0.0)
     }
@@ -342,7 +342,7 @@ SABOTAGES = (
 
 
 def noticed(of: Subject, folder: Path) -> list[str]:
-    """What a proof does not show of this C, in words; empty where it shows all."""
+    """Gaps of a proof of this C, in words; empty where it shows all."""
     claims = safety.claims(of, folder)
     if claims[0].verdict == "shown":
         claims += answered(of)

@@ -135,7 +135,7 @@ def batches(calls: int) -> Iterator[tuple[int, Vehicle]]:
 
 
 class WithinLimits(NamedTuple):
-    """What a method answers to hard demands within hard limits.
+    """Answers of a method to hard demands within hard limits.
 
     Attributes
     ----------

@@ -28,7 +28,7 @@ def told(program: Path) -> tuple[str, str]:
 
 
 def outcome(program: Path) -> str:
-    """What a fresh interpreter prints when it runs the program, and how it ends."""
+    """Output of a fresh interpreter that runs the program, and how it ends."""
     try:
         done = subprocess.run([sys.executable, program], capture_output=True, timeout=LIMIT_S, check=False)
     except subprocess.TimeoutExpired as late:

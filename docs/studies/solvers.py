@@ -47,7 +47,7 @@ class HardCases(NamedTuple):
 
 
 class Tally(NamedTuple):
-    """What one method, start and level made of all cases: a row of the table.
+    """Result of one method, start and level over all cases: a row of the table.
 
     Attributes
     ----------
@@ -160,7 +160,7 @@ def tallied(entry: Entry, cases: list[HardCases], start: str, level: str) -> Tal
 
 
 def lies(entry: Entry, case: HardCases, answers: list[Allocation]) -> BoolArray:
-    """Which answers are not what their status says."""
+    """Answers that are not what their status says."""
     lied = np.zeros(len(answers), dtype=bool)
     v = case.vehicle
     for i, (tau, (f, status, *_)) in enumerate(zip(case.taus, answers, strict=True)):

@@ -48,7 +48,7 @@ def test_a_pin_that_wants_a_later_patch_of_python_is_found() -> None:
 
 
 def test_what_is_noted_beside_a_pin_is_what_the_installed_package_says() -> None:
-    """Of the packages that are here; .ci/interpreters asks the index about all of them."""
+    """Packages that are here; .ci/interpreters asks the index about all of them."""
     asked = 0
     for distribution in distributions():
         pin = PINS.get(canonicalize_name(distribution.name))

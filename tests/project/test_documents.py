@@ -63,7 +63,7 @@ def run_consoles(document: str, folder: Path) -> None:
 
 
 def hidden(page: Path) -> list[str]:
-    """What a page's code imports of ours that is neither exported nor of a module the page calls public."""
+    """Imports of a page's code that are neither exported nor of a module the page calls public."""
     prose = FENCE.sub("", page.read_text(encoding="utf-8"))
     public = set(re.findall(r"`((?:alloc|bench)[\w.]*)`[^.`]*\bis public\b", prose))
     imports: list[tuple[str, str]] = []
@@ -167,7 +167,7 @@ def test_the_example_solver_is_found_and_solves(tmp_path: Path, monkeypatch: pyt
 
 
 def anchors(page: Path) -> set[str]:
-    """What links can point at: a page's headings, spelt as GitHub does."""
+    """Targets of links: a page's headings, spelt as GitHub does."""
     headings = re.findall(r"^#+ (.+)$", FENCE.sub("", page.read_text(encoding="utf-8")), re.MULTILINE)
     return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
 

@@ -32,7 +32,7 @@ PROCESS = "import subprocess\n\ndef test_planted():\n    subprocess.run(['false'
 
 
 def stored(kernels: str) -> str:
-    """What those kernels compute, to the last digit."""
+    """Output of those kernels, to the last digit."""
     command = [sys.executable, "-c", f"{COMPUTED}\nprint(repr(computed()))"]
     environment = os.environ | {"OPENBLAS_CORETYPE": kernels}
     return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.strip()

@@ -38,7 +38,7 @@ int main(void)
 
 
 def typed(word: str, folder: Path) -> str:
-    """What the command of README with that word prints."""
+    """Output of the command of README with that word."""
     lines = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
     (line,) = (line for line in lines if line.startswith("thrustbench ") and word in line)
     command = [sys.executable, "-m", "bench", *shlex.split(line, comments=True)[1:]]

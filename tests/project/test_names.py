@@ -16,7 +16,7 @@ TO_BE_WRITTEN = re.compile(r"(?:Save as|Move the file to)\s+`([^`]+)`")
 
 
 def exists(name: str) -> bool:
-    """Whether a dotted name is a module, or an attribute of one."""
+    """True if a dotted name is a module, or an attribute of one."""
     module = name
     attributes: list[str] = []
     while True:

@@ -14,7 +14,7 @@ GENERATED = {"index.md", "contributing.md", "changelog.md"}
 
 
 def words(page: Path) -> int:
-    """What holds a letter or a digit: the bars of a table are no words."""
+    """Words: text with a letter or a digit; the bars of a table are none."""
     return sum(bool(re.search(r"\w", word)) for word in page.read_text(encoding="utf-8").split())
 
 

@@ -1,8 +1,9 @@
-"""Docstrings open with a noun phrase or an imperative, and commits with their room and an imperative."""
+"""Docstrings, public names, commits and the change log keep the project's rules of style."""
 
 import ast
 import re
 import subprocess
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -44,15 +45,100 @@ def test_a_clause_is_told_from_a_noun_phrase(line: str, is_banned: bool) -> None
     assert opens_with_a_clause(line) == is_banned
 
 
-@pytest.mark.parametrize("package", ["alloc", "bench"])
-def test_docstrings_open_with_a_noun_phrase_or_an_imperative(package: str) -> None:
+def sources(*folders: str) -> list[Path]:
+    """Python files of the folders, sorted."""
+    return sorted(path for folder in folders for path in (ROOT / folder).rglob("*.py"))
+
+
+def is_title(path: Path, number: int) -> bool:
+    """True for the docstring of a study itself, whose first words ``results/studies`` has as its title."""
+    return path.parent == ROOT / "docs" / "studies" and number == 1
+
+
+@pytest.mark.parametrize("folder", ["alloc", "bench", "docs", "tests"])
+def test_docstrings_open_with_a_noun_phrase_or_an_imperative_on_one_line(folder: str) -> None:
     odd = [
         f"{path.relative_to(ROOT)}:{number}: {line}"
-        for path in sorted((ROOT / package).rglob("*.py"))
+        for path in sources(folder)
         for number, line in first_lines(ast.parse(path.read_text(encoding="utf-8")))
-        if opens_with_a_clause(line)
+        if len(line) > 110 or (opens_with_a_clause(line) and not is_title(path, number))
     ]
     assert odd == []
+
+
+ENDINGS = {
+    *("above", "aside", "behind", "below", "beside", "beyond", "from", "in", "of", "off", "on", "out"),
+    *("within", "asked", "called", "checked", "chosen", "counted", "drawn", "found", "given", "held", "kept"),
+    *("known", "left", "made", "met", "moved", "said", "seen", "sent", "shown", "taken", "told", "turned"),
+    *("with", "written"),
+}
+"""Participles and prepositions: a name that ends with one says neither what it is nor what it does."""
+CEILINGS = {
+    "alloc.allocation": 2,
+    "alloc.c": 4,
+    "alloc.kernels": 14,
+    "alloc.lint": 1,
+    "alloc.nullspace": 2,
+    "alloc.program": 4,
+    "alloc.reach": 2,
+    "alloc.vehicle": 14,
+    "bench.chips": 12,
+    "bench.demands": 14,
+    "bench.fleet": 1,
+    "bench.gate": 9,
+    "bench.harness": 8,
+    "bench.inputs": 15,
+    "bench.judging": 2,
+    "bench.layouts": 15,
+    "bench.proof": 19,
+    "bench.record": 10,
+    "bench.report": 3,
+    "bench.results": 9,
+    "bench.suite": 1,
+}
+"""Names with such an ending that a room still has, at most; lower a number as names go. Others have none."""
+
+
+def public_names(tree: ast.Module | ast.ClassDef) -> Iterator[str]:
+    """Public functions, classes, methods and annotated attributes."""
+    for node in tree.body:
+        match node:
+            case ast.FunctionDef(name=name) | ast.ClassDef(name=name) if not name.startswith("_"):
+                yield name
+                if isinstance(node, ast.ClassDef):
+                    yield from public_names(node)
+            case ast.AnnAssign(target=ast.Name(id=name)) if isinstance(
+                tree, ast.ClassDef
+            ) and not name.startswith("_"):
+                yield name
+
+
+def has_odd_ending(name: str) -> bool:
+    """True if a name's last word is a participle or a preposition of ``ENDINGS``."""
+    return name.rsplit("_", 1)[-1].lower() in ENDINGS
+
+
+def test_names_that_end_in_a_participle_or_a_preposition_become_no_more() -> None:
+    counts: Counter[str] = Counter()
+    for path in sources("alloc", "bench"):
+        names = [path.stem, *public_names(ast.parse(path.read_text(encoding="utf-8")))]
+        room = ".".join(path.relative_to(ROOT).with_suffix("").parts[:2])
+        counts[room] += sum(map(has_odd_ending, names))
+    grown = {room: (n, CEILINGS.get(room, 0)) for room, n in counts.items() if n > CEILINGS.get(room, 0)}
+    assert grown == {}
+
+
+def test_an_odd_ending_is_found_in_functions_methods_and_attributes_alone() -> None:
+    tree = ast.parse("class A:\n  left: int\n  def held(self): ...\ndef _said(): ...\ndef off_axis(): ...")
+    assert [name for name in public_names(tree) if has_odd_ending(name)] == ["left", "held"]
+
+
+def test_the_change_log_has_at_most_500_words_and_opens_with_this_version() -> None:
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert len(text.split()) <= 500
+    version = re.search(r'^version = "(.*)"', (ROOT / "pyproject.toml").read_text(), re.MULTILINE)
+    assert version is not None
+    assert re.findall(r"^## (\S+)", text, re.MULTILINE)[0] == version[1]
 
 
 def subjects(folder: Path) -> list[str]:

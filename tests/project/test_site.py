@@ -44,7 +44,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def beyond(opened: Any) -> dict[int, list[str]]:
-    """What does not fit at each width; nothing where all does."""
+    """Elements that do not fit at each width; nothing where all do."""
     found = {}
     for width in WIDTHS:
         opened.set_viewport_size({"width": width, "height": 844})

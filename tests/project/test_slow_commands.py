@@ -123,7 +123,7 @@ def in_blocks() -> set[str]:
 
 
 def typed_in_full(words: list[str]) -> bool:
-    """Whether ``test_typed_commands`` runs a command as it stands."""
+    """True if ``test_typed_commands`` runs a command as it stands."""
     own = words[1:]
     known = own[0] in bench.__main__.cli.list_commands(click.Context(bench.__main__.cli))
     quick = own[:4] == ["run", "--vehicle", "my-rov.yaml", "--quick"]

@@ -1,4 +1,4 @@
-"""What a study prints is kept with the command and the commit that made it."""
+"""Output of a study, kept with the command and the commit that made it."""
 
 import re
 import subprocess

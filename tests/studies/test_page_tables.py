@@ -43,7 +43,7 @@ def lines(page: str, under: str) -> list[list[str]]:
 
 
 def names(cell: str) -> list[str]:
-    """What a row is about, as studies write it: ``DAQP, DAQP reduced`` is daqp and daqp-reduced."""
+    """Subject of a row, as studies write it: ``DAQP, DAQP reduced`` is daqp and daqp-reduced."""
     return [part.strip("` ").lower().replace(" ", "-") for part in cell.split(",")]
 
 
@@ -140,14 +140,14 @@ def test_the_shares_that_loss_quotes_are_those_of_the_committed_run() -> None:
 
 
 def capability(run: Run, vehicle: str) -> Capability:
-    """What the committed run says of a vehicle."""
+    """Statements of the committed run about a vehicle."""
     found = run.capability(vehicle)
     assert found is not None, f"the run says nothing of {vehicle}"
     return found
 
 
 def served(run: Run, vehicle: str) -> dict[str, float]:
-    """What each method delivers within 1 % of the vehicle's attainable set [%], every thruster ready."""
+    """Share of the attainable set that each method delivers within 1 % [%], every thruster ready."""
     known = [each for each in capability(run, vehicle).served if each.fault is None]
     return {each.method: 100 * each.within_1pct / each.n_demands for each in known}
 

@@ -58,7 +58,7 @@ def built(
     edit: tuple[str, str] = ("", ""),
     method: str = "scaled",
 ) -> str:
-    """What the self-test prints; ``edit`` changes the C before."""
+    """Output of the self-test; ``edit`` changes the C before."""
     files = generate(of, method, scalar="float" if single else "double", limits=limits, esc=True)
     for name, text in files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)

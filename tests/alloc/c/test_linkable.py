@@ -220,7 +220,7 @@ def test_a_literal_is_decimal_and_read_back_as_the_same_number(x) -> None:
 
 
 def test_a_literal_of_a_float_is_the_same_number_read_as_float_or_as_double_first() -> None:
-    """Of bits at random, as one or two numbers in a hundred need the ninth digit."""
+    """Random bits, as one or two numbers in a hundred need the ninth digit."""
     for x in np.random.default_rng(6).integers(0, 0x7F7FFFFF, 20_000, dtype=np.uint32).view(np.float32):
         text = number(float(x), "float")
         assert text.endswith("F")

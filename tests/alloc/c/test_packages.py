@@ -43,7 +43,7 @@ def write(kind: Package, folder: Path) -> Path:
 
 
 def do(*command: str, cwd: Path) -> str:
-    """What a command prints; skips without it, or without the compiler that CMake then takes."""
+    """Output of a command; skips without it, or without the compiler that CMake then takes."""
     needed = [] if "/" in command[0] else [command[0]]  # a path is of what was built here
     if command[0] in ("cmake", "colcon"):
         needed.append(os.environ.get("CC", "cc"))

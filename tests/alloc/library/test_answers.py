@@ -86,7 +86,7 @@ def test_thrusters_that_come_back_bring_the_old_answers_back(rng: np.random.Gene
 def test_a_fault_of_no_thruster_has_a_status_and_no_call_is_answered_until_a_mask_is_taken(
     off: tuple[int, ...],
 ) -> None:
-    """Who counts from 1 had the last one in use still, and SOLVED."""
+    """A caller who counts from 1 kept using the last thruster, and got SOLVED."""
     vehicle = load_vehicle("bluerov2-heavy")
     library, tau = Allocator(vehicle), np.full(6, 5.0)
     assert library.without(*off) == -1

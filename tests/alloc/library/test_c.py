@@ -21,7 +21,7 @@ SANITIZED = ["-fsanitize=address,undefined", "-fno-sanitize-recover=undefined"]
 
 
 def said_of(folder: Path, made: dict[str, str], *options: str) -> str:
-    """What the self-test says of this C, and its exit code; raises where it can't be built."""
+    """Output of this C's self-test, and its exit code; raises where it can't be built."""
     write(folder, made | selftest())
     sources = [path.name for path in folder.glob("*.c")]
     command = ["gcc", "-std=c99", "-ffp-contract=off", *options, *WARNINGS, *sources, *selftest(), "-o", "t"]

@@ -1,4 +1,4 @@
-"""What the library takes on a Cortex-M4F in single precision, as its pages say it."""
+"""Cost of the library on a Cortex-M4F in single precision, as its pages give it."""
 
 import re
 import subprocess

@@ -1,4 +1,4 @@
-"""What ``check`` says of a T that was printed to a few digits, and of one with a digit in another's place."""
+"""Remarks of ``check`` on a T printed to a few digits, and on one with a digit in another's place."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What `check` says of a curve: each slip of a file gives its remark, and a sound file gives none of them."""
+"""Remarks of `check` on a curve: each slip of a file gives its remark, and a sound file gives none."""
 
 import re
 from pathlib import Path
@@ -86,7 +86,7 @@ def test_a_curve_that_ends_before_the_range_is_remarked_once(
 
 
 def test_curves_of_one_voltage_say_that_no_other_was_measured(tmp_path: Path) -> None:
-    """Of a curve without a voltage nothing is said: it stands for all."""
+    """A curve without a voltage gets no remark: it stands for all."""
     assert "all curves share 16 V alone; at another one thrusts count" in remarks(tmp_path, SOUND)
     assert "alone" not in remarks(tmp_path, "neutral: 0, range: [-100, 100], curve: mine.csv")
 

@@ -1,4 +1,4 @@
-"""What each thruster alone should do: against poses, in words that hold in either frame."""
+"""Effect of each thruster alone: against poses, in words that hold in either frame."""
 
 from dataclasses import replace
 

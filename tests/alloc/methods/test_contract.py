@@ -1,4 +1,4 @@
-"""What every method promises on a vehicle of each structure, whole and with a thruster off."""
+"""Promises of every method on a vehicle of each structure, whole and with a thruster off."""
 
 from fractions import Fraction
 from itertools import product
@@ -28,7 +28,7 @@ def prepared(entry: Entry, vehicle: Vehicle) -> Allocator:
 
 
 def slow_to_compile(entry: Entry, vehicle: Vehicle) -> bool:
-    """Whether it is a solver's C, for another vehicle than the smallest or another fault than the first."""
+    """True for a solver's C of another vehicle than the smallest or another fault than the first."""
     chosen = vehicle.name == "ukwial" and vehicle.readiness[1:].min() == 1
     return entry.family is Family.GENERATED and not chosen
 

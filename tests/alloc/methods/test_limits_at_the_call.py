@@ -1,4 +1,4 @@
-"""What every method promises where each call brings limits of its own."""
+"""Promises of every method where each call brings limits of its own."""
 
 import numpy as np
 import pytest

@@ -163,7 +163,7 @@ def test_a_thruster_that_hardly_pushes_across_a_facet_counts_for_what_it_does(wh
 
 
 def test_facets_of_the_library_keep_their_room_where_thrusters_hardly_push_across_them() -> None:
-    """Of 125 facets pushes of little would be stored, more than the room for a vehicle of this size."""
+    """Small pushes of 125 facets would be stored, more than the room for a vehicle of this size."""
     vehicle, rng = numbered(785)
     allocate, library = build("scaled", vehicle), build("scaled@library", vehicle)
     for tau in edge_demands(vehicle, rng, 20):
@@ -219,7 +219,7 @@ def test_what_never_makes_the_end_of_the_way_says_a_smaller_share(
 
 
 def in_c(vehicle: Vehicle, method: str, scalar: Scalar, limits: Where, taus: FloatArray) -> Evaluated:
-    """What generated C answers."""
+    """Answers of generated C."""
     program = recipe(method).make(vehicle, limits, scalar)
     own = [np.tile(side, (len(taus), 1)) for side in (vehicle.f_min, vehicle.f_max)]
     return evaluate(program, taus, *(own if limits == "call" else []))

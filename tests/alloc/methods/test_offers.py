@@ -1,4 +1,4 @@
-"""Which methods of the catalogue offer more than every Allocator has."""
+"""Offers of the catalogue's methods beyond those of every Allocator."""
 
 import numpy as np
 import pytest

@@ -140,7 +140,7 @@ def test_every_finite_demand_has_a_finite_answer_inside_any_limits(method: str, 
 
 @methods
 def test_the_answer_has_no_jump_between_demands_and_limits(method: str, rng: np.random.Generator) -> None:
-    """Of 33 points on a line between two questions, the two that differ most are taken apart, and so on.
+    """The two most different of 33 points on a line between two questions are taken apart, and so on.
 
     A jump would stay however near its two sides come; a slope shrinks with them, to 32^-9 of the line. Limits
     have some width, since without any the attainable set is flat, and a step out of it leads nowhere.
@@ -224,7 +224,7 @@ def test_a_vertical_thruster_held_by_limits_stops_heave_and_one_that_is_off_does
 @pytest.mark.parametrize("shape", SHAPES)
 @methods
 def test_it_holds_for_any_vehicle(method: str, shape: tuple[int, int], rng: np.random.Generator) -> None:
-    """Of any nullity, with full H, with limits that exclude zero."""
+    """Vehicles of any nullity, with full H, with limits that exclude zero."""
     vehicle = random_vehicle(*shape, rng, diagonal=False)
     allocate, way = build(method, vehicle), way_of(method, vehicle)
     taus = beyond(vehicle, rng, 20)

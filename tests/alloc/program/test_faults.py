@@ -123,7 +123,7 @@ def test_thrusters_that_do_not_reverse_take_nothing_of_a_demand_by_rounding(
     f_max: list[float],
     levels: list[list[str]],
 ) -> None:
-    """Of the first C said shares that f missed by a sixth, of the second zero where all can be had."""
+    """The first C's shares differed from f by a sixth, the second's were zero where all can be had."""
     k, n = np.shape(T)
     vehicle = Vehicle(
         name="one-way",
@@ -182,7 +182,7 @@ def _agrees(vehicle: Vehicle, method: str, limits: Where, fault: int, program: P
 
 
 def test_a_thruster_that_takes_others_far_with_it_has_code_of_its_own() -> None:
-    """Of odd vehicle 35 thrusts lost three more digits where one of them was moved to zero."""
+    """Thrusts of odd vehicle 35 lost three more digits where one of them was moved to zero."""
     vehicle, _ = vehicle_of(35)
     together = recipe("nullspace").program_for_all(vehicle, "fixed", "double").faults
     made = programs(vehicle, recipe("nullspace"), faults="all")

@@ -92,7 +92,7 @@ def test_all_levels_together_reach_what_thrusters_push_and_nothing_else() -> Non
 def test_an_axis_alone_is_served_but_for_what_no_thruster_pushes(
     rule: str, made: str, rng: np.random.Generator
 ) -> None:
-    """Of a small demand: that is how far the wrench lies from it, and PARTIAL says so."""
+    """Small demands: that is how far the wrench lies from one, and PARTIAL says so."""
     if made and (why := missing()):
         pytest.skip(why)
     for _ in range(5 if made else 50):

@@ -199,7 +199,7 @@ def test_an_answer_does_not_depend_on_the_calls_before_it(name: str, scalar: Sca
 @pytest.mark.skipif(not shutil.which("nm"), reason="needs nm of the binutils")
 @pytest.mark.parametrize("name", names())
 def test_no_rival_asks_for_memory_or_the_time(name: str) -> None:
-    """What its C takes from elsewhere: mathematics, and copying within memory that it has."""
+    """Imports of its C: mathematics, and copying within memory that it has."""
     if reason := load(name).missing():
         pytest.skip(reason)
     listing = ["nm", "-D", "--undefined-only", library(name, load_vehicle("ukwial"))]

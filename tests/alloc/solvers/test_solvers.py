@@ -183,7 +183,7 @@ def test_a_solver_that_calls_an_attainable_demand_infeasible_is_not_believed(
 
 @pytest.mark.skipif(solvers.missing("highs") != "", reason="needs highspy")
 def test_what_highs_calls_optimal_is_not_believed_where_its_multipliers_deny_it() -> None:
-    """Of this demand it gives thrusts 78 % of a limit from the optimum, with multipliers of zero."""
+    """Thrusts for this demand lie 78 % of a limit from the optimum, with multipliers of zero."""
     vehicle, rng = vehicle_of(2705)
     taus = asked(vehicle, rng)[0].taus
     solvers.disbelieved.clear()
@@ -196,7 +196,7 @@ def test_what_highs_calls_optimal_is_not_believed_where_its_multipliers_deny_it(
 def test_which_of_its_refusals_proxqp_gives_decides_no_status(
     said: Status, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Which one it gives differs from process to process; whether a demand can be met does not."""
+    """The answer differs from process to process; its verdict on whether a demand can be met does not."""
     allocate = build("qp/proxqp", VEHICLE)
     monkeypatch.setattr(allocate, "solve", lambda *_: solvers.Answer(np.zeros(4), said))
     rays = demands(8, 50)

@@ -1,4 +1,4 @@
-"""What one function for all faults takes on a Cortex-M4F, on a vehicle whose thrusters are coupled."""
+"""Cost of one function for all faults on a Cortex-M4F, on a vehicle whose thrusters are coupled."""
 
 from pathlib import Path
 from typing import get_args

@@ -1,4 +1,4 @@
-"""What flash adds to a call: lines counted by hand, and five functions that a board has timed."""
+"""Cost of flash in a call: lines counted by hand, and five functions that a board has timed."""
 
 from pathlib import Path
 

@@ -359,7 +359,7 @@ def test_a_search_says_what_numbers_that_are_none_cost_and_what_no_call_exceeds(
 def test_calls_with_a_thruster_off_are_asked_too_and_stand_beside_the_others(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Of bluerov2 each fault loses a direction, which costs pinv's C sums that it does without else."""
+    """Each fault of bluerov2 loses a direction, which costs pinv's C sums that it does without else."""
     monkeypatch.setattr("bench.chips.search.climb", lambda cost, start, *_: (start, cost(start)))
     row = rows("pinv@native", "cortex-m7", vehicle="bluerov2", demands=["active"])[-1]
     assert row.demands == "search"

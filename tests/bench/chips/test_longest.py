@@ -8,7 +8,7 @@ HEAD = "\n{entry:08x} <{name}>:\n"
 
 
 def disassembly(name: str, entry: int, lines: str) -> str:
-    """What objdump prints of a function with one instruction a line, two bytes each."""
+    """Output of objdump for a function with one instruction a line, two bytes each."""
     rows = [line.strip() for line in lines.strip().splitlines()]
     return HEAD.format(entry=entry, name=name) + "\n".join(
         f"    {entry + 2 * i:x}:\t{row.replace(' ', chr(9), 1)}" for i, row in enumerate(rows)

@@ -82,7 +82,7 @@ def test_each_file_is_a_processor_that_bears_its_name() -> None:
 
 
 def test_a_processor_of_a_record_says_what_reports_ask() -> None:
-    """Of a float FPU that has a minimum, and of one that has none, only the file knows."""
+    """Only the file tells a float FPU with a minimum from one without."""
     facts = target("cortex-m33").facts
     assert (facts.name, facts.scalars, facts.microcontroller) == ("cortex-m33", ["float"], True)
     assert facts.cpi[0] < facts.cpi[1]

@@ -1,4 +1,4 @@
-"""Where compilers and emulators work."""
+"""Places where compilers and emulators work."""
 
 import subprocess
 import sys

@@ -78,7 +78,7 @@ def test_what_a_method_prints_does_not_come_between_the_rows(demands: Path, tmp_
 def test_a_plug_in_may_print_and_change_the_folder_as_it_is_imported(
     demands: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What it printed was the CSV's header, and the CSV lay in the other folder."""
+    """Standard output was the CSV's header, and the CSV lay in the other folder."""
     monkeypatch.setitem(plugin_files.BODIES, "moves", "pass")
     plugin = write_plugin(tmp_path, "moves")
     Path(plugin).write_text(f"import os\nprint('gains')\nos.chdir('..')\n{Path(plugin).read_text()}")

@@ -142,7 +142,7 @@ def packed(folder: Path) -> list[Path]:
 
 
 def board_log(folder: Path) -> list[Path]:
-    """What a project of two methods, one with levels, printed on this computer."""
+    """Output of a project of two methods, one with levels, on this computer."""
     asked = ("priority@native", "pinv@native")
     write(
         plan(load_vehicle("ukwial"), asked, ("active", "infeasible"), "double", "fixed", 4, 0), folder / "c"

@@ -1,4 +1,4 @@
-"""What `thrustbench gate` asks to be measured."""
+"""Measurements that `thrustbench gate` asks for."""
 
 from pathlib import Path
 from typing import Any

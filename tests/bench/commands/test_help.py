@@ -1,4 +1,4 @@
-"""What --help says: each command on a line of its own, and of each option what it does."""
+"""Text of --help: each command on a line of its own, and a description of each option."""
 
 import click
 import pytest

@@ -1,4 +1,4 @@
-"""What only one command needs is an extra; a command that lacks it ends with one line that says which."""
+"""Extras that only one command needs; a command that lacks one ends with one line that names it."""
 
 import re
 import sys

@@ -1,4 +1,4 @@
-"""What other people wrote reaches a terminal as letters, whichever command shows it."""
+"""Escape sequences in other people's texts reach a terminal as letters, whichever command shows them."""
 
 import sys
 from pathlib import Path
@@ -17,7 +17,7 @@ SHOWN = r"\x1b[31m\u202ename\x07"
 
 
 def printed(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *line: str) -> str:
-    """What the program prints on both streams."""
+    """Output of the program on both streams."""
     monkeypatch.setattr(sys, "argv", ["thrustbench", *line])
     with pytest.raises(SystemExit):
         main()

@@ -38,11 +38,11 @@ class Finished:
         self.status, self.outcome = status, outcome
 
     def result(self) -> object:
-        """What it came to."""
+        """Result of the task."""
         return self.outcome
 
     def exception(self) -> object:
-        """What it failed with."""
+        """Error of the task."""
         return self.outcome
 
     def cancel(self) -> None:
@@ -62,7 +62,7 @@ class Cluster:
         return question(**arguments)
 
     def identity(self, n_workers: int) -> dict[str, Any]:
-        """What a scheduler says of its workers."""
+        """A scheduler's account of its workers."""
         described = {
             address: {"host": address.split("//")[1].split(":")[0], "name": address, "last_seen": at}
             for address, at in self.seen.items()
@@ -78,7 +78,7 @@ class Cluster:
 
 
 def outcome(cluster: Cluster, limit_s: float = 100.0) -> dict[str, HostRun]:
-    """What a fleet of DECK and KEEL sends back."""
+    """Answers of a fleet of DECK and KEEL."""
     back = run_fleet(cluster, [DECK, KEEL], pack(()), limit_s, lambda said: None)  # type: ignore[arg-type]  # Dask's in part
     return {host.name: run for host, run in back}
 

@@ -1,4 +1,4 @@
-"""What the gate asks: which demands, vehicles, limits and faults."""
+"""Questions of the gate: demands, vehicles, limits and faults."""
 
 from collections.abc import Callable
 from math import inf
@@ -101,7 +101,7 @@ def test_every_method_is_asked_a_nearly_symmetric_vehicle_too(
     ],
 )
 def test_a_method_may_become_one_for_its_own_vehicle_alone(own: str, error: Exception, excused: bool) -> None:
-    """What says so is excused from the gate's nearly symmetric vehicle, and what can't know that one's size.
+    """Declared refusals excuse a method from the nearly symmetric vehicle; others need not know its size.
 
     A right plug-in that began to unpack its four axes was a regression of the user's own vehicle.
     """

@@ -1,4 +1,4 @@
-"""Which cells a pattern chooses."""
+"""Cells that a pattern chooses."""
 
 import pytest
 

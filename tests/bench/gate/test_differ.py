@@ -1,4 +1,4 @@
-"""Which answers of two sides the gate calls different."""
+"""Answers of two sides that the gate calls different."""
 
 import numpy as np
 import pytest
@@ -98,7 +98,7 @@ def test_answers_differ_where_limits_are_no_longer_promised(
 def test_a_head_without_the_shares_or_the_many_of_its_base_differs(
     question: Question, right: list[Allocation]
 ) -> None:
-    """Who calls them would find out in the water."""
+    """The first user would find out in the water."""
     whole = SideAnswers("", PROMISES, [answer._replace(share=(1.0,)) for answer in right])
     bare = SideAnswers("", PROMISES, right)
     assert differ(question, whole, bare) == "1 share → none for demand 0"

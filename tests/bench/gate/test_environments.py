@@ -1,4 +1,4 @@
-"""What a tree requires, and the interpreter that it gets."""
+"""Requirements of a tree, and the interpreter that it gets."""
 
 import sys
 from pathlib import Path

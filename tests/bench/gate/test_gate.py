@@ -34,7 +34,7 @@ def gate(
     *options: str,
     cells: tuple[str, ...] = CELLS,
 ) -> Result:
-    """What the gate says of a commit with that change."""
+    """Verdict of the gate on a commit with that change."""
     change(repository)
     gate_check.commit(repository, "head")
     arguments = ["HEAD~1", "HEAD", "--repo", str(repository), *FEW, *cells, *options]
@@ -92,7 +92,7 @@ def test_a_method_that_ends_its_process_is_the_only_one_that_fails(repository: P
 
 @pytest.fixture(scope="module")
 def mixed(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """What the gate prints of a commit in which several things come together, without valgrind.
+    """Output of the gate for a commit in which several things come together, without valgrind.
 
     `svd` aborts on both sides, `another` is new, and a user's own method is asked for.
     """

@@ -1,4 +1,4 @@
-"""What head alone has, the gate judges by equations: a right answer is new, a wrong one a regression."""
+"""Cells of head alone are judged by equations: a right answer is new, a wrong one a regression."""
 
 import re
 from pathlib import Path
@@ -39,7 +39,7 @@ CELL = "`ukwial:mine:-`"
 
 
 def gate(folder: Path, base: str, head: str, *options: str) -> Result:
-    """What the gate says of a commit that gives the plug-in mine.py another text; none is no file."""
+    """Verdict of the gate on a commit that gives the plug-in mine.py another text; none is no file."""
     gate_check.git(folder, "init", "--quiet")
     (folder / "notes.txt").touch()
     for text in (base, head):
@@ -55,7 +55,7 @@ def gate(folder: Path, base: str, head: str, *options: str) -> Result:
 def test_what_head_alone_has_fails_where_it_is_wrong_and_is_new_where_it_is_right(
     tmp_path: Path, base: str
 ) -> None:
-    """Whether base has no such plug-in, or one that refused the vehicle, or one that was not imported."""
+    """The same holds where base has no such plug-in, one that refused the vehicle, or one not imported."""
     for name, head in (("wrong", WRONG), ("right", RIGHT)):
         (tmp_path / name).mkdir()
         result = gate(tmp_path / name, base, head)
@@ -100,7 +100,7 @@ def test_a_commit_that_mends_little_and_turns_what_is_beyond_reach_is_a_regressi
 
 
 def test_a_commit_that_mends_a_sign_is_no_regression(tmp_path: Path) -> None:
-    """What was PARTIAL and is SOLVED now was called another answer, beside the remark that it is mended."""
+    """A PARTIAL answer that is SOLVED now was called another answer, beside the remark that it is mended."""
     result = gate(tmp_path, WRONG, RIGHT)
     assert result.return_value in (0, 3), result.output  # 3 where this machine is too busy to time calls
     assert f"mended: {CELL}" in result.stdout

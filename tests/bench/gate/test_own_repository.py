@@ -37,7 +37,7 @@ def own(tmp_path: Path) -> Path:
 
 
 def gate_own(own: Path, text: str, *options: str) -> Result:
-    """What the gate says in the user's repository of a commit that gives the plug-in that text."""
+    """Verdict of the gate in the user's repository on a commit that gives the plug-in that text."""
     (own / "control" / "mine.py").write_text(text)
     (own / "notes.txt").write_text("so that there is something to commit")
     gate_check.commit(own, "head")

@@ -1,4 +1,4 @@
-"""What a class of one's own may get wrong in its usual calls, and what the gate says of it."""
+"""Errors that a class of one's own may make in its usual calls, and the gate's verdict on them."""
 
 import re
 from typing import cast
@@ -56,7 +56,7 @@ def test_what_a_class_of_one_s_own_may_get_wrong_is_found(
 def test_a_call_that_raises_on_both_sides_costs_that_demand_alone(
     vehicle: Vehicle, sets: list[DemandSet]
 ) -> None:
-    """Where one demand raised, the sign of all others went unseen."""
+    """One demand that raised hid the wrong sign of all others."""
     raising = "if tau[1] > 100: raise ValueError('no such sway')"
     cell = GateCell(vehicle="ukwial", method="scaled")
     spoilt = (Whole(of_scaled(raising)), Whole(of_scaled(f"f = -f\n        {raising}")))

@@ -55,7 +55,7 @@ SABOTAGES: Mapping[str, Callable[[str], str]] = MappingProxyType(
 
 @pytest.fixture(scope="module")
 def starter(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What ``init`` writes, in a repository with one commit; a copy of the plug-in for each sabotage."""
+    """Files of ``init``, in a repository with one commit; a copy of the plug-in for each sabotage."""
     folder = tmp_path_factory.mktemp("mine")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
@@ -70,7 +70,7 @@ def starter(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def gate(folder: Path, *names: str) -> Result:
-    """What the gate says of the last commit's plug-ins of those names."""
+    """Verdict of the gate on the last commit's plug-ins of those names."""
     plugins = [word for name in names for word in ("--plugin", str(folder / f"{name}.py"))]
     options = ("--vehicle", str(folder / "my-rov.yaml"), "--pairs", "2", "--no-instructions")
     arguments = ["HEAD~1", "HEAD", "--repo", str(folder), *plugins, *options]

@@ -117,7 +117,7 @@ def test_two_folders_whose_plug_ins_read_outside_of_them_are_not_passed_at_once(
 def test_a_folder_s_helper_from_an_installation_around_it_is_refused(
     own: Path, tmp_path: Path, editable: bool
 ) -> None:
-    """Of what was installed with -e, pip notes the repository (PEP 610) and not its modules."""
+    """For an install with -e, pip notes the repository (PEP 610) and not its modules."""
     site = tmp_path / "site"
     pip_notes(site, "rov", own.as_uri(), editable=editable)
     text = PLUGIN.format(folder=repr(str(own)) + f"); sys.path.append({str(site)!r}")

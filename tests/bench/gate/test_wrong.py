@@ -1,4 +1,4 @@
-"""Which answers the gate calls wrong."""
+"""Answers that the gate calls wrong."""
 
 from typing import cast
 

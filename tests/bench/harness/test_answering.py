@@ -1,4 +1,4 @@
-"""What is kept of many answers, and that a user's are those of single calls."""
+"""Summary of many answers; a user's answers are those of single calls."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What callgrind's profiles hold, in the order in which they were dumped."""
+"""Contents of callgrind's profiles, in the order in which they were dumped."""
 
 from pathlib import Path
 

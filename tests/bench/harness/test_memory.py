@@ -1,4 +1,4 @@
-"""What an allocator and a process hold in memory."""
+"""Memory of an allocator and of a process."""
 
 import sys
 from types import SimpleNamespace

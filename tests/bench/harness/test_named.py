@@ -1,4 +1,4 @@
-"""Who names a method gets it, or a word on why not; a plug-in is named by being brought."""
+"""A method chosen by name is run, or refused with a reason; a plug-in file names its method."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What a plug-in may offer beyond the contract (two stages, a bound on steps) is recorded where it has it."""
+"""Offers of a plug-in beyond the contract (two stages, a bound on steps) are recorded where it has them."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What a run measures, and in which order."""
+"""Measurements of a run, and their order."""
 
 from collections import Counter
 

@@ -1,4 +1,4 @@
-"""Which column of a table is what: names, units and times as loggers write them."""
+"""Columns of a table: names, units and times as loggers write them."""
 
 import re
 from pathlib import Path

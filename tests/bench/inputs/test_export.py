@@ -57,7 +57,7 @@ def test_a_vehicle_exported_to_csv_comes_back_with_the_same_matrix(tmp_path: Pat
 def test_columns_that_no_thruster_can_make_come_back_where_the_user_takes_them_as_published(
     tmp_path: Path, form: str
 ) -> None:
-    """What export wrote of a shipped vehicle, import refused, and named no way."""
+    """Import refused the export of a shipped vehicle, and named no way."""
     keys = read_document(find_file("tiburon")).keys
     vehicle, file = build_vehicle(keys), tmp_path / ("T.csv" if form == "csv" else "theirs.yaml")
     file.write_text(formats()[form].write(keys, vehicle), encoding="utf-8")
@@ -92,7 +92,7 @@ def test_any_text_in_a_vehicle_file_reads_the_same_once_written(tmp_path: Path, 
 
 
 def test_an_export_says_what_the_format_has_no_place_for(tmp_path: Path) -> None:
-    """What is read back lacks just these keys, and notes that say what an import took for granted."""
+    """The file that is read back lacks just these keys, and notes of an import's assumptions."""
     keys = read_document(find_file("bluerov2-heavy")).keys
     keys.names = list("abcdefgh")
     assert left_out("ros", keys) == ["slew", "volts", "esc", "priority", "names"]

@@ -144,7 +144,7 @@ def test_the_frame_of_a_log_stands_in_one_line_also_where_nothing_was_turned(tmp
     ],
 )
 def test_a_comment_says_the_frame_much_as_people_write_it(comment: str, tmp_path: Path) -> None:
-    """Of "# Frame: FLU" it was said that the file names none, and sway and yaw had the wrong sign."""
+    """The file with "# Frame: FLU" was said to name none, and sway and yaw had the wrong sign."""
     file = tmp_path / "log.csv"
     file.write_text(f"{comment}\n# frame rate: 50 Hz\nsurge,sway,yaw\n1,2,3\n")
     np.testing.assert_array_equal(read_log(file, PLANAR).taus, [[1, -2, -3]])
@@ -213,7 +213,7 @@ def test_a_comment_about_other_things_says_no_frame(comment: str, tmp_path: Path
 
 
 def test_names_of_columns_that_are_about_axes_are_refused_until_a_frame_is_said(tmp_path: Path) -> None:
-    """Of 'flu/fx' it was said that the file names no frame."""
+    """The file with 'flu/fx' was said to name no frame."""
     file = tmp_path / "log.csv"
     file.write_text("flu/fx,flu/fy,flu/mz\n1,2,3\n")
     with pytest.raises(DemandError, match=r"column 'flu/fx' may say a frame.* or give --frame frd or flu"):

@@ -193,7 +193,7 @@ def test_a_column_may_name_the_thruster(tmp_path: Path) -> None:
 
 
 def test_limits_by_name_are_read_again_as_they_were_written(tmp_path: Path) -> None:
-    """What is written goes by number, so no name may mean another thruster's number."""
+    """Columns are written by number, so no name may mean another thruster's number."""
     ukwial = load_vehicle("ukwial")
     header = "surge,sway,yaw,f0_max,F1_max,t1_max,f3_max"
     with pytest.raises(VehicleError, match="'f3' is thruster 2"):

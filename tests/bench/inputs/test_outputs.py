@@ -1,4 +1,4 @@
-"""What went to the ESCs, out of logs of three kinds: the wrench that was made, and what was left undone."""
+"""Outputs to the ESCs, out of logs of three kinds: the wrench that was made, and the rest."""
 
 import re
 from collections.abc import Callable
@@ -60,7 +60,7 @@ def test_a_log_of_commands_gives_the_wrench_that_they_made(
 
 
 def test_outputs_are_counted_from_1_as_in_the_autopilots_parameters(tmp_path: Path) -> None:
-    """Of a ULog they were counted from 0, beside PWM_MAIN_FUNC1."""
+    """Outputs of a ULog were counted from 0, beside PWM_MAIN_FUNC1."""
     assert "outputs 3, 4, 5, 6, 7, 8, 1, 2 are the thrusters" in read_outputs(binary(tmp_path), VEHICLE).said
     assert "outputs 1, 2, 3, 4, 5, 6, 7, 8 are the thrusters" in read_outputs(ulog(tmp_path), VEHICLE).said
     u = SENT.u.astype(float)

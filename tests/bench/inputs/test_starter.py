@@ -1,4 +1,4 @@
-"""What ``thrustbench init`` writes: files that are read, checked and run at once."""
+"""Files of ``thrustbench init``: they are read, checked and run at once."""
 
 from pathlib import Path
 

@@ -29,7 +29,7 @@ def capability(vehicle: Vehicle, *methods: str, n: int = 100, ask: Ask = ask_her
 
 
 def served(vehicle: Vehicle, method: str, n: int) -> Served:
-    """What the method serves of the whole vehicle."""
+    """Share of the whole vehicle that the method serves."""
     return next(s for s in capability(vehicle, method, n=n).served if s.fault is None)
 
 

@@ -1,4 +1,4 @@
-"""What curves, dead bands and steps take of small thrusts, by arithmetic that needs no curve at all."""
+"""Loss of small thrusts by curves, dead bands and steps, by arithmetic that needs no curve at all."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -28,7 +28,7 @@ def layouts(study: Path, out: Path, *options: str) -> "subprocess.Popen[bytes]":
 
 
 def ended(process: "subprocess.Popen[bytes]") -> str:
-    """What a command printed that ended well."""
+    """Output of a command that ended well."""
     output = process.communicate(timeout=120)[0].decode()
     assert process.returncode == 0, output
     return output
@@ -65,7 +65,7 @@ def disturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_nothing_is_lost_or_twice_when_a_worker_and_then_the_parent_are_killed(
     disturbed: Path, tmp_path: Path
 ) -> None:
-    """What is left are the bytes that one process makes of the study without any disturbance."""
+    """Shards that are left are the bytes that one process makes of the study without any disturbance."""
     space, _ = compiled(tmp_path, TEXT)
     expected = {}
     for task in tasks(0, SHARDS * SHARD, "sobol", 0):

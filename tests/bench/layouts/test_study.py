@@ -217,7 +217,7 @@ demands: {n: 4}
 
 @pytest.mark.parametrize("stern", ["stern: {thrusters: [3, 2], size: [1, 2]}", "stern: {thrusters: [2, 3]}"])
 def test_thrusters_are_numbered_as_in_the_base_and_new_ones_come_last(stern: str, tmp_path: Path) -> None:
-    """Where the groups of a study name them in another order, too: worst_thruster is such a number."""
+    """The groups of a study may name them in another order, too: worst_thruster is such a number."""
     text = f"""\
 base: ukwial
 groups:
@@ -338,7 +338,7 @@ def test_limits_in_a_study_s_log_are_said_to_be_left_out(tmp_path: Path) -> None
 
 
 def test_a_study_says_how_much_of_its_log_is_asked(tmp_path: Path) -> None:
-    """What layouts served of the first 256 demands was read as a share of the whole log."""
+    """Shares that layouts served of the first 256 demands were read as shares of the whole log."""
     (tmp_path / "log.csv").write_text("surge,sway,yaw\n" + "10,20,3\n" * 7)
     space, _ = compiled(tmp_path, PLANAR.replace("{n: 16}", "{set: log.csv, n: 5}"))
     assert space.said[-1] == "Of log's 7 demands only the first 5 were asked; n: asks more."

@@ -1,4 +1,4 @@
-"""What a report counts, and of which numbers it says what matters for them."""
+"""Counts of a report, and its remarks on the numbers that matter."""
 
 from pathlib import Path
 

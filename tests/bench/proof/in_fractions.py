@@ -8,7 +8,7 @@ from alloc.program import Program
 
 
 def exactly(program: Program, tau: FloatArray) -> list[Any]:
-    """What every node is without rounding, conditions as bool."""
+    """Value of every node without rounding, conditions as bool."""
     made: list[Any] = []
     for operation, *operands in program.nodes:
         x = [made[each] for each in operands] if operation not in ("const", "input") else []

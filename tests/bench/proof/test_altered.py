@@ -1,4 +1,4 @@
-"""What a preprocessor drops or changes is what is printed, else nothing that is read of the C is shown."""
+"""Text that a preprocessor drops or changes is printed, else nothing that is read of the C is shown."""
 
 from dataclasses import replace
 
@@ -58,7 +58,7 @@ def test_the_line_is_named_with_that_which_is_printed() -> None:
 
 
 def test_comments_and_blanks_may_differ() -> None:
-    """What stands in a comment is no directive."""
+    """A comment holds no directive."""
     changed = _changed("c", "#define tb_fence() ((", "#  define tb_fence()  /* #if */ ((")
     source = changed.source.replace("    f[0] = ", "    // #endif\n\n  f[0] = ").replace(
         "#  define", "#define"

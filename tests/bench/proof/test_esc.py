@@ -1,4 +1,4 @@
-"""What is shown of the way to the ESCs, and that it is not where the C is broken."""
+"""Proof of the way to the ESCs, and its failure where the C is broken."""
 
 import re
 from dataclasses import replace

@@ -44,7 +44,7 @@ def test_the_bound_holds_and_is_not_far_off(name: str, kernel: str, scalar: str)
 
 
 def test_the_bound_holds_against_fractions() -> None:
-    """Of the closed form, whose exact value fractions give without any rounding."""
+    """Bounds for the closed form, whose exact value fractions give without any rounding."""
     of = subject(load_vehicle("ukwial"), "pinv", "double", "fixed")
     program = programs(of)[-1]
     errors = Errors(program, of.vehicle, "double")

@@ -1,4 +1,4 @@
-"""Where thrusts hang on shares of steps: the bound on rounding, what it rests on, and that it can fail."""
+"""Thrusts that depend on shares of steps: the bound on rounding, its premises, and its failures."""
 
 from fractions import Fraction
 from typing import Any
@@ -49,7 +49,7 @@ def test_the_largest_error_that_a_search_finds_is_a_tenth_of_the_bound_at_least(
 
 
 def test_the_bound_holds_against_fractions_where_little_room_is_left() -> None:
-    """Of demands whose first level leaves one per cent of a room, calculated without any rounding."""
+    """Demands whose first level leaves one per cent of a room, calculated without any rounding."""
     program, vehicle = kernel("double")
     errors = Errors(program, vehicle, "double")
     f = np.random.default_rng(4).uniform(-40.0, 40.0, (vehicle.n, 60))
@@ -97,7 +97,7 @@ def test_an_error_above_the_bound_is_not_shown(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_in_float_no_rounding_draws_thrusts_in(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What holds thrusts against shares is never taken, so its bound is that without it, of all faults."""
+    """The check of thrusts against shares is never taken, so its bound is that without it, of all faults."""
     monkeypatch.setattr(certify, "FAR", 0.5)
     monkeypatch.setattr(certify, "searched", lambda *_: 0.0)
     monkeypatch.setattr(certify, "before_limits", lambda *_: None)
@@ -129,7 +129,7 @@ def test_three_levels_have_three_shares_and_no_other_division_is_one() -> None:
 
 
 def test_no_demand_and_share_exceeds_what_a_linear_program_says() -> None:
-    """Of p tau_j, tau_j and p, with the fact that p tau_0 is at most 1; the largest p tau_0 is just that."""
+    """Terms p tau_j, tau_j and p, with the fact that p tau_0 is at most 1; the largest is just that."""
     vehicle = load_vehicle("ukwial")
     together, p = Together(vehicle, 0.0), 7
     alone = {(NOTHING, 0): 1.0}

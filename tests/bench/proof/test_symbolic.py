@@ -89,7 +89,7 @@ def test_a_thruster_that_is_off_rests(kernel: str) -> None:
     ],
 )
 def test_a_thruster_that_is_off_and_may_not_rest_is_told(printed: str, broken: str) -> None:
-    """Where another share is taken, or what is infinite is answered: x - x is NaN then."""
+    """Another share is taken, or an infinite value is answered: x - x is NaN then."""
     of = subject(UKWIAL, "clip", "double", "fixed", "all")
     assert of.source.count(printed) == 1
     changed = of.source.replace(printed, broken)

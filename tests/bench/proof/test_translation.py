@@ -135,7 +135,7 @@ def test_a_loop_over_data_is_the_one_that_is_printed(before: str, after: str) ->
 
 
 def test_a_name_that_hides_another_is_another_number() -> None:
-    """What C declares inside a branch ends with it: read as an assignment, this was the program."""
+    """A declaration inside a branch ends with it: read as an assignment, this was the program."""
     whole = subject(load_vehicle("ukwial"), "scaled", "double", "fixed")
     hidden = re.sub(r"^( +)(in0 = .*)$", r"\1const double \2\n\1(void)in0;", whole.source, flags=re.MULTILINE)
     assert hidden != whole.source

@@ -25,7 +25,7 @@ def test_the_worst_call_is_the_longest_way(kernel: str, scalar: Scalar, name: st
 
 
 def test_a_way_that_no_call_takes_leaves_an_interval_that_holds_all_counts() -> None:
-    """What a refused call does more and what an answered one writes never come together."""
+    """Extra work of a refused call and writes of an answered one never come together."""
     of = subject(load_vehicle("bluerov2"), "nullspace", "double", "fixed")
     worst = worst_path(of, available("cortex-m7"))
     assert not worst.exact

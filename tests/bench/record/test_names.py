@@ -1,4 +1,4 @@
-"""What vehicles in a record may be called, and what the files of their pictures are."""
+"""Names of vehicles in a record, and the files of their pictures."""
 
 from pathlib import Path
 

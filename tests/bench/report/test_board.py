@@ -116,7 +116,7 @@ def test_a_record_without_cycles_of_the_board_is_refused_with_what_makes_them(tm
 
 
 def test_c_that_was_refused_is_no_empty_table_and_the_reason_is_said_again(tmp_path: Path) -> None:
-    """What was to be done was the command that had just been typed, and a page spoke of double precision."""
+    """The task was the command that had just been typed, and a page spoke of double precision."""
     reason = "T nearly loses rank, leave out --float"
     none = msgspec.structs.replace(
         COUNTED, status="refused", reason=reason, scalar="float", instructions=[], boards={}, cycles=[]

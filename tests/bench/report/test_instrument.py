@@ -192,7 +192,7 @@ def open_report(page: Any, *folders: Path, choice: str = "") -> None:
 
 
 def printed(*arguments: str) -> str:
-    """What ``thrustbench size`` prints."""
+    """Output of ``thrustbench size``."""
     done = CliRunner().invoke(cli, ["size", *arguments])
     assert done.exit_code == 0, done.output
     return done.output
@@ -264,7 +264,7 @@ def test_lates_are_excused_in_some_of_these_rows_and_not_in_others(runs: list[Pa
 def test_on_several_machines_the_page_ranks_as_size_does(
     runs: list[Path], opened: Any, rate: float, budget: float
 ) -> None:
-    """What fits on both machines, and on each, counts of instructions left aside."""
+    """Methods that fit on both machines, and on each, counts of instructions left aside."""
     open_report(opened, *runs, choice=f"vehicle=ukwial&rate={rate:g}&budget={budget:g}&machines=0,1")
     text = printed(*map(str, runs[:2]), "--rate", str(rate), "--budget", str(budget), "--vehicle", "ukwial")
     expected = tables(text)[0]

@@ -75,7 +75,7 @@ def test_a_tail_curve_falls_from_all_calls_to_the_slowest() -> None:
 
 @pytest.mark.parametrize("dead", [0, 50])
 def test_a_dead_band_is_named_where_it_is_drawn(dead: int) -> None:
-    """Where the curve is zero at neutral alone, nothing is shaded."""
+    """A curve that is zero at neutral alone has no shaded part."""
     vehicle = load_vehicle("bluerov2")
     u = np.unique([1100.0, 1500 - dead, 1500, 1500 + dead, 1900])
     f = np.where(abs(u - 1500) <= dead, 0.0, (u - 1500) / 10)

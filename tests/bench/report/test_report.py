@@ -377,7 +377,7 @@ def test_methods_that_lose_the_same_share_a_line_and_those_that_lose_nothing_a_s
 def test_a_method_that_gives_up_on_what_a_closed_form_serves_has_a_line_of_its_own(
     answered: float, tmp_path: Path
 ) -> None:
-    """Of 30 % of the easy demands answered, the page said that nothing attainable is lost."""
+    """The page said that nothing attainable is lost, with 30 % of the easy demands answered."""
     cells = [lossy("clip", 0.2), lossy("qp", 0.0)]
     for cell in cells[:]:
         assert cell.judged is not None

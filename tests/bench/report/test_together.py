@@ -31,7 +31,7 @@ def run(directory: Path, name: str, *lines: Line, **header: object) -> NamedRun:
 
 
 def rows(text: str) -> list[str]:
-    """What stands in the first column of all tables."""
+    """First column of all tables."""
     return [line.split("|")[1].strip() for line in text.splitlines() if line.startswith("|")]
 
 

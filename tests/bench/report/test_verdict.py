@@ -1,4 +1,4 @@
-"""What to take, in a sentence; how sure that is; one report of several machines."""
+"""The method to take, in a sentence; how sure that is; one report of several machines."""
 
 import re
 from pathlib import Path
@@ -144,7 +144,7 @@ def test_a_log_that_nothing_can_meet_names_what_refuses_all_of_it(tmp_path: Path
 
 
 def test_what_refuses_would_not_do_too_where_what_to_take_answers_all(tmp_path: Path) -> None:
-    """Of demands that were drawn no share is said. The other way round it would."""
+    """Shares of drawn demands are not given. The other way round they would be."""
     drawn = log(given=False, rate_hz=None)
     cells = [on_log("nullspace", 2, 0.8), on_log("scaled", 1)]
     assert said(tmp_path, 50, drawn, *cells).endswith("take scaled; exact; under 0.01 % of the period.")
@@ -235,7 +235,7 @@ def test_a_plug_in_that_promises_no_limits_is_named_as_such(tmp_path: Path, limi
 def test_c_for_limits_that_move_is_named_with_its_option(
     tmp_path: Path, moving: bool, given: bool, said_so: bool
 ) -> None:
-    """What was timed took the limits of each call; C without them goes beyond those of a moment."""
+    """The timed method took the limits of each call; C without them exceeds those of a moment."""
     native = on_log("scaled@native", 1)
     described = Method(name="scaled@native", formulation="scaled", twin="scaled")
     lines = (described, log(moving=moving, given=given), native)
@@ -264,7 +264,7 @@ def other(cell: Cell) -> Any:
 
 
 def test_a_mission_is_a_dive_as_a_log_is_but_its_share_beyond_reach_is_drawn(tmp_path: Path) -> None:
-    """What refuses a part is no more use than on a log; half of the fifty that were asked was to be so."""
+    """A method that refuses a part is no more use than on a log; half of the fifty demands was to be so."""
     cells = [on_log("nullspace", 1, 0.8, 2), on_log("scaled", 2)]
     of_log = said(tmp_path, 50, log(), *cells)
     share = "nullspace refuses 20.0 % of dive's demands, up to 0.0400 s at a stretch."

@@ -24,7 +24,7 @@ def run_of(directory: Path, *lines: Line) -> Run:
 
 
 def capability(**shares: int) -> Capability:
-    """What of a hundred demands each method serves."""
+    """Number of a hundred demands that each method serves."""
     whole = Authority(
         fault=None,
         vehicle="ukwial",

@@ -1,4 +1,4 @@
-"""Whether a late call is the method's or the machine's."""
+"""A late call is the method's or the machine's."""
 
 from pathlib import Path
 

@@ -13,13 +13,13 @@ from tests.board_projects import SETS, Hear, printed, project
 
 @pytest.fixture(scope="session")
 def log(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """What a small project printed on this computer: every demand timed 150 times."""
+    """Output of a small project on this computer: every demand timed 150 times."""
     return printed(tmp_path_factory.mktemp("project"), project(), 150)
 
 
 @pytest.fixture(scope="session")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """What a project with a rule of practice and the exact method printed on this computer."""
+    """Output of a project with a rule of practice and the exact method on this computer."""
     methods = ("clip@native", "nullspace@native")
     made = plan(load_vehicle("bluerov2-heavy"), methods, (*SETS, "boundary"), "double", "fixed", 8, 3)
     return printed(tmp_path_factory.mktemp("rules"), made, 1)
@@ -27,7 +27,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 
 @pytest.fixture(scope="session")
 def leveled(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """What a project with `priority`, which has levels, printed on this computer."""
+    """Output of a project with `priority`, which has levels, on this computer."""
     methods = ("priority@native", "clip@native")
     made = plan(load_vehicle("bluerov2-heavy"), methods, SETS[1:], "double", "fixed", 8, 3)
     return printed(tmp_path_factory.mktemp("levels"), made, 2)

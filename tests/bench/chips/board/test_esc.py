@@ -35,7 +35,7 @@ def project(limits: str, methods: tuple[str, ...] = METHODS, n: int = 8) -> Proj
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """What a method and NAME_esc with limits of the call printed on this computer."""
+    """Output of a method and NAME_esc with limits of the call on this computer."""
     folder = tmp_path_factory.mktemp("esc")
     write(project("call"), folder)
     make(folder, "log", "CFLAGS=-O1 -DBOARD_PASSES=2")

@@ -20,7 +20,7 @@ from tests.board_projects import printed, project
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """What a small project printed on this computer: each of its three demands 5 times."""
+    """Output of a small project on this computer: each of its three demands 5 times."""
     return printed(tmp_path_factory.mktemp("project"), project(n=3), 5)
 
 
