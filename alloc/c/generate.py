@@ -177,7 +177,8 @@ def _by(made: Mapping[int, Program]) -> str:
 
 
 _SHARES = """
- * share  the part of each level that was delivered, 0 to 1, without what no working thruster pushes"""
+ * share  per level, the fraction of the demand delivered, 0 to 1, counting only axes that working
+ *        thrusters can push"""
 
 _DIVIDED = """
  *

@@ -31,8 +31,8 @@ def selftest(
 ) -> str:
     """C program that compares the function ``name`` with the answers of its method in Python.
 
-    Whatever explains it, a thrust may differ by JUMP and a wrench by MISSED, and what is SOLVED must make tau
-    also where rounding decides what the answer is. At the end of a way, which rounding moves, thrusts may
+    Thrusts may differ by JUMP, wrenches by MISSED. SOLVED answers must always reproduce tau, also where
+    rounding decides the answer. At the end of a way, which rounding moves, thrusts may
     differ that make the same wrench inside the limits with no more effort. The program exits with 0 where
     all answers agree, else with 1; it prints the largest error, and the ``digest`` of header and source.
     """

@@ -81,9 +81,9 @@ def refuse(builder: Builder, seen: SeenArguments, excess: Excess, *, exact: bool
     """Return where an argument is not finite, limits cross, or something is exceeded.
 
     One comparison decides for all calls that are answered: whatever is NaN or infinite makes a sum so, its
-    difference to itself NaN, and no comparison with NaN holds. The status finds out which of the reasons it
-    was, where that no longer costs a call that is answered: of an ``exact`` method a sum that is not finite
-    may have overflowed; others answer every demand that they can add up, and refuse limits that cross.
+    difference to itself NaN, and no comparison with NaN holds. The reason is computed on the failure path
+    only: of an ``exact`` method a sum that is not finite may have overflowed; others answer every demand that
+    they can add up, and refuse limits that cross.
     """
     limits, total = builder.limits, seen.all()
     builder.compute(total)

@@ -43,7 +43,7 @@ class Gap(NamedTuple):
 
 
 def beyond(builder: Builder, i: int, thrust: Expression, limits: Limits) -> Gap:
-    """The gap of one thruster; none of one that is off, which no drawing in brings nearer to its zero."""
+    """Gap of one thruster; zero if the thruster is off: scaling back can't help."""
     # Of a thruster that is off rounding alone is left: limits of no fault do, unless they leave out zero.
     low, high = (limits.of_no_fault() if limits.by_fault else limits).ends(i)
     same = isinstance(high, float) and low == -high

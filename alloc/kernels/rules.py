@@ -90,7 +90,7 @@ def doubt(vehicle: Vehicle, scalar: Scalar) -> float:
 
 
 def units(builder: Builder, hidden: float = 0.0) -> FloatArray:
-    """(k, 1) what turns each entry of a wrench into units in which it may miss 1."""
+    """Per-axis scale (k, 1): the allowed wrench error becomes 1."""
     may = met_as_calculated(builder.vehicle, builder.scalar) - hidden
     share: FloatArray = 1.0 / (may * builder.vehicle.wrench_scale)[:, None]
     return share

@@ -65,7 +65,7 @@ class DataLoop:
 
 @dataclass(frozen=True)
 class Fence:
-    """Nothing behind it is begun before it: else a compiler reads ahead more than there are registers for."""
+    """Scheduling barrier; limits register pressure."""
 
 
 @dataclass(frozen=True)

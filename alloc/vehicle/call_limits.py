@@ -38,9 +38,9 @@ def widest(vehicle: Vehicle) -> float:
 def at_call(vehicle: Vehicle, *, held: bool = False) -> AtCall:
     """The function that checks the limits of one call for this vehicle; thrusters that are off stay off.
 
-    f_min may exceed f_max, which leaves nothing to allocate. What reaches beyond ``widest`` is cut there. If
-    all that a thruster may do lies beyond, its limits cross then; with ``held`` they stay as they are, for
-    methods that answer within any limits. The function raises DemandError for another shape, and for entries
+    f_min may exceed f_max, which leaves nothing to allocate. Limits are clipped to ±``widest``; a range
+    wholly outside becomes empty, or stays with ``held``, for methods that answer within any limits.
+    The function raises DemandError for another shape, and for entries
     that are no real numbers, NaN, or larger than LARGEST_DEMAND.
     """
     n, own_min, own_max, most = vehicle.n, vehicle.f_min, vehicle.f_max, widest(vehicle)

@@ -1,19 +1,14 @@
 """Thresholds for rank, dependence and zero, defined once.
 
-Which directions a vehicle pushes is one decision, its ``rank`` by RANK_TOLERANCE, and all that depends on it
-asks the vehicle. Which sets of columns of a printed T would be dependent with more digits nobody decides: T
-is taken as it stands, and nothing is divided by a thin minor without being looked at afterwards. A facet of
-columns that nearly depend on each other is kept, as whatever its normal is it makes a true inequality; a thin
-row of the null space comes first, so that others have the last word; and thrusts are held against T f before
-they leave (``alloc.nullspace.allocator``, ``alloc.kernels.held``).
+A vehicle's ``rank``, by RANK_TOLERANCE, decides which directions it pushes; all other code asks the vehicle.
+T is used as given; dependence that its rounding hides is not guessed, and a result that was divided by a thin
+minor is checked afterwards. A facet of nearly dependent columns is kept, since any normal gives a true
+inequality, and thrusts are compared with T f before they are returned.
 
-What is left are questions of rounding: does this set span a facet, is this row parallel to that plane, is
-this sum zero. They differ in what a wrong answer costs, so each has a threshold of its own, with its reason
-beside it; answers keep what they promise with all of them ten times larger or smaller.
-
-All are shares of numbers that were brought to about 1 first: rows of T of unit length, wrenches in unit of
-``wrench_scale``, bases with N'HN = I. What an answer may miss is another matter, above all but the first
-(``alloc.kernels.tolerance``).
+Each other threshold answers one question of rounding, at its own cost of a wrong answer. Answers keep their
+promises with all of them ten times larger or smaller. All are shares of numbers scaled to about 1: rows of T
+of unit length, wrenches in units of ``wrench_scale``, bases with N'HN = I. Tolerances of answers are in
+``alloc.kernels.tolerance``.
 """
 
 from typing import Any

@@ -43,7 +43,7 @@ def checked_frame(frame: str) -> Frame:
     for known in FRAMES:
         if frame == known:
             return known
-    raise VehicleError(f"frame: {frame[:40]!r} is none; give one of {', '.join(FRAMES)}", "frame")
+    raise VehicleError(f"unknown frame {frame[:40]!r}; expected {' or '.join(FRAMES)}", "frame")
 
 
 def described(frame: str) -> str:

@@ -189,9 +189,9 @@ def refusals(
         numbers = ", ".join(f"{axis} {shown(T, dof, row, i)}" for row, axis in enumerate(dof) if T[row, i])
         product = moment[i] * (T[_forces(dof), i] ** 2).sum()
         sentences[i] = (
-            f"{names[i]} ({numbers}) is no thrust along a line: force · moment is {product:.3g} m, not 0;"
-            f" {_suspect(T, dof, i, sound, names)}; were it the propeller's own moment,"
-            f" 'reaction_torque' would have {moment[i]:.3g} for it"
+            f"{names[i]} ({numbers}): force · moment = {product:.3g} m, expected 0;"
+            f" {_suspect(T, dof, i, sound, names)}. If this is propeller torque, set reaction_torque:"
+            f" {moment[i]:.3g} for it"
         )
     return sentences
 

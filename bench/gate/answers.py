@@ -112,7 +112,7 @@ def _given(raw: Mapping[str, Any], promises: dict[str, Any], vehicle: Vehicle, *
     ]
     at_odds = "it writes into the demand, or the limits, that it is given" if raw["writes"] else ""
     if raw["shared"]:
-        at_odds = "an answer has another's memory: yesterday's changes when today's is made"
+        at_odds = "answers share memory: a later call overwrites an earlier result"
     for lot in raw["together"]:
         of = plural(lot["length"], "demand")
         if lot["other"] is not None:

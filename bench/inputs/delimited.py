@@ -100,7 +100,7 @@ class Cells:
         if not is_number(text):
             other = ", a date as 2024-05-01T12:00:00.02, or t another name" if column == TIME else ""
             if column == VOLTS and is_blank([text]):
-                other = "; fill in that of the row before, or at the start of the row behind"
+                other = "; use the previous row's voltage (for the first row, the next one's)"
             why = f"{column} is {text[:40]!r}; give a finite number such as -12.5 or 1e-5{other}"
             raise self.refused(line, why)
         value = float(text)

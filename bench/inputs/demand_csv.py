@@ -152,11 +152,11 @@ def _still(path: Path, times: FloatArray | None) -> str:
 
 
 def _doubled(path: Path, times: FloatArray | None, values: FloatArray) -> str:
-    """A doubt about rows that are the row before once more, its time included."""
+    """A doubt about rows that duplicate the previous row, its time included."""
     twice = 0 if times is None else int((np.diff(values, axis=0) == 0).all(axis=1).sum())
     if not twice:
         return ""
-    return f"{path.name}: {twice} rows are the row before once more, its time too, and count twice"
+    return f"{path.name}: {twice} rows duplicate the previous row and are counted twice"
 
 
 def _without_volts(path: Path, unread: str) -> str:

@@ -136,7 +136,7 @@ def faults(
     tolerance: float,
     wrench_tolerance: float = WRENCH_TOLERANCE,
 ) -> dict[str, BoolArray]:
-    """By what is wrong, which answers (M,) are wrong so; how far they are from the optimum is not asked."""
+    """Error kind → mask (M,) of affected answers; the distance to the optimum is not asked."""
     demands, definition = question.demands, find_formulation(formulation)
     vehicle = demands.vehicle
     finite, gave_up, label = seen.finite, seen.gave_up, demands.labels[seen.demand]

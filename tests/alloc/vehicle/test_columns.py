@@ -64,8 +64,8 @@ def test_the_flown_matrix_is_refused_with_names_numbers_and_suspects() -> None:
     report = check_vehicle(TIBURON)
     errors = [finding.message for finding in report.findings if finding.level == "error"]
     assert [error.split()[0] for error in errors] == ["T6", "T7", "T8"]
-    assert "roll 0.0140, pitch -0.0140, yaw 0.0346) is no thrust along a line" in errors[0]
-    assert "force · moment is -0.0198 m" in errors[0]
+    assert "roll 0.0140, pitch -0.0140, yaw 0.0346): force · moment" in errors[0]
+    assert "force · moment = -0.0198 m" in errors[0]
     assert "pitch is the suspect: with 0.0140 it would go with T5, turned by 180 degrees about z" in errors[0]
     assert "roll is the suspect: with 0.0140" in errors[1]
     assert "roll is the suspect: with -0.0140 it would go with T5" in errors[2]
@@ -78,7 +78,7 @@ def test_a_column_under_suspicion_is_taken_as_published_and_check_goes_on_saying
     for told in ("[T6, 6, T8]", "[5, 6, 7]"):
         file.write_text(f"{TIBURON.read_text()}suspect: {told}\n")
         assert load_vehicle(file).n == 8
-        found = [(f.level, f.message) for f in check_vehicle(file).findings if "is no thrust" in f.message]
+        found = [(f.level, f.message) for f in check_vehicle(file).findings if "force · moment" in f.message]
         assert [level for level, _ in found] == ["warning"] * 3
         assert found[0][1].startswith("taken as published: T6 (surge -0.707, ")
     file.write_text(f"{TIBURON.read_text()}suspect: [T5, T6, T7]\n")
@@ -185,4 +185,4 @@ def test_numbers_are_shown_with_the_digits_of_the_file() -> None:
         np.array([[1.0, 0.0], [0, 1], [0, 0], [0.0201, 0], [0, 0], [0, 0.3]]), DOF, np.zeros(2), ["a", "b"]
     )
     assert refused.keys() == {0}
-    assert re.match(r"a \(surge 1, roll 0\.0201\) is no thrust", refused[0])
+    assert re.match(r"a \(surge 1, roll 0\.0201\): force · moment = 0\.0201 m, expected 0", refused[0])

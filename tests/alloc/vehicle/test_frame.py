@@ -86,7 +86,7 @@ def test_every_axis_has_its_line_in_words() -> None:
 
 def test_a_vehicle_in_no_known_frame_is_refused() -> None:
     vehicle = load_vehicle("ukwial")
-    with pytest.raises(VehicleError, match="'ned' is none; give one of frd, flu"):
+    with pytest.raises(VehicleError, match="unknown frame 'ned'; expected frd or flu"):
         Vehicle(
             **{
                 key: getattr(vehicle, key)

@@ -21,7 +21,7 @@ SPOILT = {
     "tau[:] = 0": "it writes into the demand, or the limits, that it is given",
     "f = f.tolist()": "not an array of n thrusts",
     "f = f[:, None]": "not an array of n thrusts",
-    "self.buffer[:] = f; f = self.buffer": "an answer has another's memory",
+    "self.buffer[:] = f; f = self.buffer": "answers share memory",
     "f = -f if np.count_nonzero(tau) == 1 else f": "",
     "f = f + 9 if not tau.any() else f": "",
     "f = -f if np.count_nonzero(tau) == 2 else f": "",

@@ -149,7 +149,7 @@ def test_rows_that_are_the_row_before_once_more_are_doubted(file: Path) -> None:
     """A part of a log that stands in it twice has twice its share of all numbers."""
     rows = "".join(f"{0.1 * i:g},{i},0,0\n" * (1 + (i > 5)) for i in range(8))
     doubt = read_demands(written(file, f"t,surge,sway,yaw\n{rows}"), DOF).doubt
-    assert doubt == "demands.csv: 2 rows are the row before once more, its time too, and count twice"
+    assert doubt == "demands.csv: 2 rows duplicate the previous row and are counted twice"
     standing = "".join(f"{0.1 * i:g},5,0,0\n" for i in range(6))
     assert read_demands(written(file, f"t,surge,sway,yaw\n{standing}"), DOF).doubt == ""
 

@@ -92,7 +92,7 @@ def test_a_row_without_the_battery_s_voltage_says_how_to_fill_it_in(tmp_path: Pa
     file = tmp_path / "merged.csv"
     for none in ("", "NaN"):
         file.write_text(f"surge,sway,heave,roll,pitch,yaw,volts\n1,2,3,0,0,1,16\n1,2,3,0,0,1,{none}\n")
-        with pytest.raises(AllocError, match=r"line 3: volts is .*; fill in that of the row before"):
+        with pytest.raises(AllocError, match=r"line 3: volts is .*; use the previous row's voltage"):
             read_log(file, VEHICLE.dof)
 
 
