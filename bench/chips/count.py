@@ -13,8 +13,7 @@ from bench.chips.image import FIRMWARE, METHOD, Image, link, without_kernel
 from bench.chips.kernel import SCALARS
 from bench.chips.toolchain import ToolError, run, scratch
 from bench.harness.timing import CALLGRIND, instruction_totals
-from bench.inputs.board_answers import answered
-from bench.inputs.board_log import parse
+from bench.inputs.board_log import answered, parse
 
 REPEATS = 1000
 ROOM = 1 << 20

@@ -19,8 +19,7 @@ from bench.chips.board.header import LogHeader, header
 from bench.chips.kernel import SCALARS
 from bench.chips.target import names
 from bench.demands import DemandSet, labelled
-from bench.inputs.board_answers import answered, seen
-from bench.inputs.board_log import BoardLog, LogBlock, LogError, whole
+from bench.inputs.board_log import BoardLog, LogBlock, LogError, answered, seen, whole
 
 NOOP = "noop"
 """The driver's own method, which does nothing: what timing a call costs by itself."""

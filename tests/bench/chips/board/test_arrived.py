@@ -11,8 +11,7 @@ import pytest
 from alloc import AllocError, load_vehicle
 from bench.chips.board.heard import Heard
 from bench.chips.board.keep import keep
-from bench.inputs.board_answers import answered, seen
-from bench.inputs.board_log import LogError, parse
+from bench.inputs.board_log import LogError, answered, parse, seen
 from bench.record import read
 from tests.board_logs import forged, opened, sealed
 from tests.board_projects import Hear, project
