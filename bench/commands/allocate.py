@@ -69,8 +69,7 @@ def command(
     from alloc.errors import PluginError, UnknownName, VehicleError
     from alloc.files.textfile import write_text
     from bench.harness.process import apart
-    from bench.inputs.demand_csv import format_thrusts
-    from bench.inputs.esc_columns import sent
+    from bench.inputs.demand_csv import format_thrusts, sent
     from bench.inputs.faults import EACH, parse_fault, with_fault
     from bench.inputs.log_limits import limits_in
     from bench.inputs.logs import log_for

@@ -29,7 +29,6 @@ def command(log: Path, vehicle: str, from_outputs: bool, output: Path | None, **
     from alloc import load_vehicle
     from alloc.files.textfile import write_text
     from bench.demands import labelled
-    from bench.demands.doubts import doubts
     from bench.demands.log_summary import as_text, summarise
     from bench.inputs.demand_csv import format_demands
     from bench.inputs.log_limits import limits_in
@@ -44,23 +43,17 @@ def command(log: Path, vehicle: str, from_outputs: bool, output: Path | None, **
     if output is not None:
         write_text(output, format_demands(t, taus, answering.dof, columns, frame=answering.frame))
     echo(read.said, err=True)  # at last, since a refusal is one line
-    names, units = (demands.name, answering.name), read.with_unit
-    of_numbers = doubts(*names, demands.alpha, demands.rate_hz, shares=read.shares, with_unit=units)
-    for doubt in filter(None, (read.doubt, *of_numbers)):
-        echo(f"warning: {doubt}", err=True)
+    if read.doubt:
+        echo(f"warning: {read.doubt}", err=True)
 
 
 def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
     from alloc import load_vehicle
     from alloc.errors import DemandError, VehicleError
     from alloc.files.textfile import write_text
-    from bench.demands.doubts import of_rate
     from bench.demands.outputs_summary import as_text, columns_of, made_by
     from bench.inputs.demand_csv import format_demands
-    from bench.inputs.logs import rate_hz
     from bench.inputs.outputs import read_outputs
-    from bench.inputs.shares import like_shares
-    from bench.inputs.units import TIME
 
     given = read_options(**options)
     vehicle = load_vehicle(name)
@@ -84,19 +77,10 @@ def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
     echo(outputs.said, err=True)
     if held:
         echo(f"{output}: {held}", err=True)
-    of_times = of_rate(log.stem, rate_hz(outputs.t), said=TIME in outputs.with_unit)
-    for doubt in filter(None, (outputs.doubt, *of_times)):
-        echo(f"warning: {doubt}", err=True)
-    if outputs.taus is None or given.scale:
-        return
-    if outputs.shares:
-        doubt = (
-            "the log has demands in shares; 1 is taken for what the vehicle can do on an axis alone,"
-            " in the weaker direction; --scale says what it is in N, N m"
-        )
-    elif outputs.with_unit & {*vehicle.dof}:
-        doubt = ""
-    else:
-        doubt = like_shares(log, vehicle, outputs.taus)
-    if doubt:
+    in_shares = (
+        "the log has demands in shares; 1 is taken for what the vehicle can do on an axis alone,"
+        " in the weaker direction; --scale says what it is in N, N m"
+    )
+    is_open = outputs.shares and outputs.taus is not None and not given.scale
+    for doubt in filter(None, (outputs.doubt, in_shares if is_open else "")):
         echo(f"warning: {doubt}", err=True)

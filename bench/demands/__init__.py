@@ -23,7 +23,7 @@ from alloc.allocation import BoolArray, FloatArray
 from alloc.errors import unknown
 from alloc.files import modules
 from alloc.vehicle.call_limits import limits_of
-from bench.demands.doubts import crossing, doubts, of_limits
+from bench.demands.doubts import crossing, of_limits
 
 if TYPE_CHECKING:
     from bench.inputs.logs import LogOptions
@@ -209,14 +209,6 @@ def _from_file(path: Path, vehicle: Vehicle, n: int | None, options: "LogOptions
     unmet = _unmet(margins.label, margins.alpha) & ~crossed
     low, high = (None if side is None else side[:n] for side in (low, high))
     demands = labelled(path.stem, vehicle, np.array(log.taus[:n]), low, high, rate_hz=rate_hz(log.t))
-    doubted = doubts(
-        demands.name,
-        vehicle.name,
-        demands.alpha,
-        demands.rate_hz,
-        shares=log.shares,
-        with_unit=log.with_unit,
-    )
     gaps = after_gaps(log.t)
     return replace(
         demands,
@@ -225,7 +217,7 @@ def _from_file(path: Path, vehicle: Vehicle, n: int | None, options: "LogOptions
         beyond=int(unmet.sum()),
         beyond_longest=longest(unmet, gaps),
         crossed=int(crossed.sum()),
-        said=tuple(filter(None, (log.said, log.doubt, *doubted, of_limits(demands.name, crossed)))),
+        said=tuple(filter(None, (log.said, log.doubt, of_limits(demands.name, crossed)))),
         given=True,
     )
 

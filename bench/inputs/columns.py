@@ -1,31 +1,79 @@
-"""Columns of a log by quantity, from their names and units."""
+"""Columns of a log by quantity: the known headers as a table, and names and units from the user."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import zip_longest
+from math import isnan, nan
 from typing import NamedTuple
+from unicodedata import normalize
 
 from alloc.errors import DemandError
 from alloc.vehicle.geometry import DOF, MOMENTS
-from bench.inputs.column_names import MEANT, SELF_UNIT, says, says_moment, words_of
-from bench.inputs.units import FORCE, MOMENT, SECONDS, TIME, factor_to, known
 
-VOLTS = "volts"
-_UNIT = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]\s*")
-_SUFFIX = re.compile(rf"(?P<name>.+)_(?P<unit>{'|'.join(SECONDS)}|N|kN|Nm|kNm)")
-_OTHERS = {
-    *("lb", "lbs", "pound", "pounds", "kg", "kp", "gf", "gram", "grams", "tf", "tonne", "tonnes"),
-    *("kilonewton", "kilonewtons", "dn", "dan", "pct", "percent", "percentage"),
-    *("norm", "normalised", "normalized"),
-    *("lbft", "ftlb", "ftlbs", "lbin", "inlb", "ozin", "nmm", "ncm", "kgcm", "kgm"),
-    *("deg", "degs", "degree", "degrees", "rad", "rads", "radian", "radians", "us", "pwm", "rpm", "mps"),
+TIME, VOLTS = "t", "volts"
+FORCE = {"N": 1.0, "kN": 1e3, "MN": 1e6, "mN": 1e-3, "lbf": 4.4482216152605, "kgf": 9.80665}
+MOMENT = {
+    "Nm": 1.0,
+    "kNm": 1e3,
+    "MNm": 1e6,
+    "mNm": 1e-3,
+    "kgfm": 9.80665,
+    **dict.fromkeys(("lbfft", "ftlbf"), 4.4482216152605 * 0.3048),
 }
-"""Words that stand for another unit, a share, or no force at all, of which nothing here knows the factor."""
-_WITHIN = re.compile(r"[\W_]+|(?<=[a-jln-z])(?=(?:kNm?|Nm|[lL]bf|[kK]gf)(?![A-Za-z]))")
-"""What parts the words of a name: signs, and a small letter before a unit, as in ``FxkN``."""
-_MOTION = re.compile(r"/|deg|°|rad|rpm|^(?:m|mm|cm|s|us|µs|pwm|mps)$", re.IGNORECASE)
-"""Units of an attitude, a speed, a place or a pulse: no demand under a name that could be one."""
-_UNITS = {unit.lower() for unit in (*FORCE, *MOMENT, *_OTHERS) if len(unit) > 1}
-"""Words of a name that are units of a force or a moment, and not an axis, as N may be."""
+SECONDS = {
+    **dict.fromkeys(("s", "sec"), 1.0),
+    **dict.fromkeys(("ms", "msec"), 1e-3),
+    **dict.fromkeys(("us", "usec", "\u03bcs"), 1e-6),  # NFKC turns the micro sign into this Greek letter
+    "ns": 1e-9,
+    "min": 60.0,
+    "h": 3600.0,
+}
+VOLTAGE = {"V": 1.0, "mV": 1e-3}
+UNITS = {*FORCE, *MOMENT, *SECONDS, "N m", "N·m", "N*m", "µs", "%"}
+"""Units of which a line below the header holds at least one."""
+
+
+class Wrench(NamedTuple):
+    """One spelling of the six columns of a wrench.
+
+    Attributes
+    ----------
+    names : of surge to yaw in small letters, parts joined by dots; empty where there is none
+    frame : frd or flu, of the axes that such names mean; empty for the vehicle's own
+    source : who writes such names; empty for many
+    shares : whether 1 is all that the vehicle can do on an axis, not 1 N or 1 N m
+    """
+
+    names: tuple[str, ...]
+    frame: str = ""
+    source: str = ""
+    shares: bool = False
+
+
+_ROS = tuple(f"{part}.{axis}" for part in ("force", "torque") for axis in "xyz")
+_PX4 = tuple(f"vehicle.{part}.setpoint.xyz[{i}]" for part in ("thrust", "torque") for i in range(3))
+WRENCHES = (
+    Wrench(DOF),
+    Wrench(("fx", "fy", "fz", "mx", "my", "mz")),
+    Wrench(("force.x", "force.y", "force.z", "moment.x", "moment.y", "moment.z")),
+    *(Wrench(tuple(f"{axis}.{end}" for axis in DOF)) for end in ("cmd", "des", "ref", "demand", "setpoint")),
+    *(Wrench(tuple(f"{start}.{axis}" for axis in DOF)) for start in ("cmd", "des", "ref", "demand", "tau")),
+    *(Wrench(tuple(start + n for n in _ROS), "flu", "ROS") for start in ("", "wrench.", "field.wrench.")),
+    Wrench(_PX4, "frd", "PX4", shares=True),
+    Wrench(("", "", "", "rout", "pout", "yout"), "frd", "ArduPilot", shares=True),
+)
+"""Known names of a wrench's columns, in N and N m without another unit; those of a log are one row."""
+TIMES = {"t": "s", "seconds": "s", "field.header.stamp": "ns", "rosbagtimestamp": "ns"}
+TIMES |= {"timeus": "us", "timems": "ms", "millis": "ms", "micros": "us"}
+TIMES |= dict.fromkeys(("header.stamp", "stamp", "timestamp", "time", "elapsed", "time.boot", "time.utc"), "")
+"""Known names of times, the preferred first, and their unit; empty where a log must state it."""
+STAMPS = {".sec": ".nanosec", ".secs": ".nsecs"}
+"""Ends of the names of the two columns of a ROS stamp: whole seconds, and the nanoseconds beyond."""
+FRAMES = ("frame", "frame.id", "header.frame.id", "field.header.frame.id")
+"""Known names of the column of the frame."""
+_BRACKETS = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>(?!\d+[\])])[^\])]*)[\])]\s*")
+_SUFFIX = re.compile(r"(?P<name>.+)_(?P<unit>s|sec|m?s|msec|us|usec|ns|k?Nm?|m?V)")
+_AXES = {name: axis for wrench in WRENCHES for name, axis in zip(wrench.names, DOF, strict=True) if name}
 
 
 class Column(NamedTuple):
@@ -34,17 +82,45 @@ class Column(NamedTuple):
     Attributes
     ----------
     place : which one it is, from 0
-    name : its name, as the file writes it
-    factor : from its unit to N, N m, V or s; None for a time whose unit nothing says
+    name : as the file writes it
+    factor : from its unit to N, N m, V or s; NaN where nothing states one that is known
+    unit : as the file or the user states it, else empty
     rest : which column has the nanoseconds of a stamp whose whole seconds stand here, as ROS writes one
-    unit : as a line of units below the header says it, else empty
     """
 
     place: int
     name: str
-    factor: float | None
-    rest: int | None = None
+    factor: float
     unit: str = ""
+    rest: int | None = None
+
+
+def key(name: str) -> str:
+    """The form in which known names stand: small letters, and dots for whatever parts a path."""
+    return re.sub(r"[./_ ]+", ".", name.strip().lower()).strip(".")
+
+
+def split(name: str, below: str = "") -> tuple[str, str]:
+    """A header's name and its unit: in brackets, behind an underscore, or ``below`` the name; else empty."""
+    match = _BRACKETS.fullmatch(name) or _SUFFIX.fullmatch(name)
+    return (match["name"], match["unit"]) if match else (name, below)
+
+
+def units_of(quantity: str) -> dict[str, float]:
+    """The units of a time, a voltage or a DOF, and what each is in s, V, N or N m."""
+    others = {TIME: SECONDS, VOLTS: VOLTAGE}
+    return others.get(quantity, MOMENT if quantity in MOMENTS else FORCE)
+
+
+def factor_of(quantity: str, unit: str) -> float:
+    """From a unit to that of the quantity; NaN for any other unit."""
+    return units_of(quantity).get(normalize("NFKC", re.sub(r"[\s·*.-]", "", unit)), nan)
+
+
+def wrenches_of(names: Iterable[str]) -> set[Wrench]:
+    """The spellings that all of some names can be out of; empty where there is none."""
+    keys = {key(name) if key(name) in _AXES else key(split(name)[0]) for name in names}
+    return {wrench for wrench in WRENCHES if keys and keys <= set(wrench.names)}
 
 
 def assign(
@@ -64,73 +140,140 @@ def assign(
     header, units : names of the columns; units from a line of their own, empty without one
     dof : what has a column
     every : whether each of ``dof`` needs one, else those are found that there are
-    given : the column's name of some quantities, as the user says it
+    given : the column's name of some quantities, as the user states it
 
-    Raises DemandError where a quantity has no column, or several could be meant.
+    Raises DemandError, with the option --columns that settles it, where a DOF has no column, or several, or
+    columns are of two spellings, or a unit is not stated, or not known.
     """
-    found: dict[str, Column] = {}
-    missing: list[str] = []
-    for quantity in (*dof, TIME):
-        if quantity in given:
-            found[quantity] = _named(place, header, units, quantity, given[quantity])
-            continue
-        columns = [c for i in range(len(header)) if (c := _meant(header[i], units, i, quantity))]
-        if every and len(columns) == 1 and maybe_angle(columns[0], quantity):
-            columns += _moments(header, units, dof, given, quantity)
-        exact = [column for column in columns if column.name == quantity]
-        if len(columns) > 1 and quantity != TIME:
-            if len(exact) > 1:
-                raise DemandError(
-                    f"{place}: {quantity!r} stands twice; rename one of the columns in the file"
-                )
-            several = " and ".join(repr(column.name[:40]) for column in columns[:3])
-            raise DemandError(
-                f"{place}: {quantity} may be {several}; say which, as in --columns '{quantity}=NAME'"
-            )
-        if columns:  # of several times the plainest: 'time' before 'imu time'
-            found[quantity] = (exact or sorted(columns, key=lambda column: len(words_of(column.name))))[0]
-        elif quantity != TIME and every:
-            missing.append(quantity)
-    if missing:
-        raise DemandError(f"{place}: {_missed(header, units, missing)}")
-    if TIME in found:
-        found[TIME] = found[TIME]._replace(rest=_nanoseconds(header, found[TIME].name))
+    known = _known(header, units)
+    found = {q: named_column(place, header, units, q, given[q]) for q in (*dof, TIME) if q in given}
+    by_table: dict[str, Column] = {}
+    for axis in (axis for axis in dof if axis not in given):
+        columns = [column for column in known.get(axis, []) if not isnan(column.factor)]
+        if len(columns) > 1:
+            names = " and ".join(repr(column.name[:40]) for column in columns[:3])
+            raise DemandError(f"{place}: {axis} may be {names}; rename one, or --columns '{axis}=NAME'")
+        by_table |= {axis: columns[0]} if columns else {}
+    if every and (missing := [axis for axis in dof if axis not in found and axis not in by_table]):
+        raise DemandError(f"{place}: {_missed(header, units, known, given, missing)}")
+    if by_table and not wrenches_of(column.name for column in by_table.values()):
+        names = listed([column.name for column in by_table.values()])
+        named = {**given, **{axis: column.name for axis, column in by_table.items()}}
+        raise DemandError(
+            f"{place}: {names} are of two spellings, expected one, as yaw beside Fx may be an angle;"
+            f" if they are the demand, {columns_option(named)}"
+        )
+    found |= by_table
+    if TIME not in given and (stamps := known.get(TIME, []) + _two_columns(header)):
+        found[TIME] = stamps[0]
     return found
 
 
-def _missed(header: Sequence[str], units: Sequence[str], missing: Sequence[str]) -> str:
+def _known(header: Sequence[str], units: Sequence[str]) -> dict[str, list[Column]]:
+    """The columns with known names, by quantity; of times the preferred first."""
+    found: dict[str, list[Column]] = {}
+    order = list(TIMES)
+    ranks: dict[int, int] = {}
+    for i, name in enumerate(header):
+        bare, unit = split(name, units[i] if i < len(units) else "")
+        if key(name) in _AXES or key(name) in TIMES:  # its last part is no unit
+            bare, unit = name, units[i] if i < len(units) else ""
+        quantity = _AXES.get(key(bare)) or (TIME if key(bare) in TIMES else "")
+        if quantity:
+            usual = TIMES[key(bare)] if quantity == TIME else next(iter(units_of(quantity)))
+            found.setdefault(quantity, []).append(Column(i, name, factor_of(quantity, unit or usual), unit))
+            ranks[i] = order.index(key(bare)) if quantity == TIME else 0
+    found.get(TIME, []).sort(key=lambda column: ranks[column.place])
+    return found
+
+
+def _two_columns(header: Sequence[str]) -> list[Column]:
+    """Times of ROS stamps in two columns, as ``stamp.sec`` and ``stamp.nanosec``."""
+    keys = [f".{key(name)}" for name in header]
+    return [
+        Column(i, header[i], 1.0, rest=keys.index(name.removesuffix(end) + behind))
+        for i, name in enumerate(keys)
+        for end, behind in STAMPS.items()
+        if name.endswith(end) and name.removesuffix(end) + behind in keys
+    ]
+
+
+def named_column(
+    place: str, header: Sequence[str], units: Sequence[str], quantity: str, wanted: str
+) -> Column:
+    """The column that --columns names, by its whole name, or by that with a unit behind it."""
+    match = _BRACKETS.fullmatch(wanted)
+    name, unit = (match["name"], match["unit"]) if match and wanted not in header else (wanted, "")
+    if header.count(name) != 1:
+        got = f"stands {header.count(name)} times" if name in header else "is not there"
+        raise DemandError(f"{place}: column {name[:40]!r} for {quantity} {got}; there are {listed(header)}")
+    i = header.index(name)
+    below = units[i : i + 1]
+    alike = [q for q in (*DOF, TIME) if units_of(q) is units_of(quantity) and not unit]
+    usual = [
+        column.factor for q, columns in _known([name], below).items() for column in columns if q in alike
+    ]
+    usual += [1.0] if quantity == name.lower() == VOLTS and not (unit or any(below)) else []
+    unit = unit or split(name, below[0] if below else "")[1]
+    column = Column(i, name, usual[0] if usual else factor_of(quantity, unit), unit)
+    if isnan(column.factor) and quantity != TIME:  # dates have no unit
+        got = f"unit {unit[:40]!r}" if unit else "no unit"
+        raise DemandError(
+            f"{place}: column {name[:40]!r} for {quantity} has {got}, expected one of"
+            f" {', '.join(units_of(quantity))}; {columns_option({quantity: proposed(quantity, name)})}, and"
+            " --scale for any other"
+        )
+    return column
+
+
+def proposed(quantity: str, name: str) -> str:
+    """A column's name with the first unit of the quantity, for --columns."""
+    return f"{name} [{next(iter(units_of(quantity)))}]"
+
+
+def _missed(
+    header: Sequence[str],
+    units: Sequence[str],
+    known: Mapping[str, Sequence[Column]],
+    given: Mapping[str, str],
+    missing: Sequence[str],
+) -> str:
     """The refusal of a table in which some DOF have no column, or only one in a unit that is not known."""
-    shown = [f"{name} [{u}]" if (u := _below(name, units, i)) else name for i, name in enumerate(header)]
-    found = {quantity: _of_unknown_unit(header, units, quantity) for quantity in missing}
-    odd = {quantity: name for quantity, name in found.items() if name}
+    below = [
+        f" [{unit}]" if unit and not _BRACKETS.fullmatch(n) else ""
+        for n, unit in zip(header, units, strict=False)
+    ]
+    shown = [name + unit for name, unit in zip_longest(header, below, fillvalue="")]
+    odd = {axis: known[axis][0] for axis in missing if axis in known}
     parts = []
-    if absent := [quantity for quantity in missing if quantity not in odd]:
-        parts.append(
-            f"no column {' or '.join(map(repr, absent))} among {listed(shown)}; name"
-            f" {'them' if absent[1:] else 'it'} there, or as in"
-            f" --columns {','.join(f'{quantity}=NAME' for quantity in absent)}"
-        )
+    if absent := [axis for axis in missing if axis not in odd]:
+        parts.append(f"no column {' or '.join(map(repr, absent))} among {listed(shown)}")
     if odd:
-        named = [repr(shown[list(header).index(name)][:40]) for name in odd.values()]
-        kinds = dict.fromkeys(
-            f"{', '.join(known(q))} for a {'moment' if q in MOMENTS else 'force'}" for q in odd
-        )
-        taken = ",".join(f"{q}={name} [{next(iter(known(q)))}]" for q, name in odd.items())
-        parts.append(
-            f"the unit of {' and '.join(named)} is not known, expected {' and '.join(kinds)}; convert it in"
-            f" the file, or --columns '{taken}' and --scale with how many N or N m it is"
-        )
-    return "; ".join(parts)
+        names = " and ".join(repr(shown[column.place][:40]) for column in odd.values())
+        kinds = " or ".join(dict.fromkeys(", ".join(units_of(axis)) for axis in odd))
+        parts.append(f"the unit of {names} is not known, expected {kinds}; convert it in the file")
+    named = dict(given)
+    for axis in missing:
+        ends = tuple(f".{name}" for name, meant in _AXES.items() if meant == axis)
+        like = [odd[axis].name] if axis in odd else [name for name in header if key(name).endswith(ends)]
+        named[axis] = proposed(axis, like[0] if len(like) == 1 else "NAME")
+    return f"{'; '.join(parts)}; {columns_option(named)}{' and --scale' if odd else ''}"
+
+
+def columns_option(named: Mapping[str, str]) -> str:
+    """The option --columns that names these columns, to be pasted."""
+    return f"--columns '{','.join(f'{quantity}={name}' for quantity, name in named.items())}'"
 
 
 def parse_columns(text: str) -> dict[str, str]:
-    """The mapping of ``--columns``: ``surge=fx,yaw=mz,t=stamp [ms],volts=battery``; raises DemandError."""
+    """The mapping of ``--columns``: ``surge=fx,t=stamp [ms],volts=battery [V]``; raises DemandError."""
     given, quantities = {}, (*DOF, TIME, VOLTS)
     for part in re.split(rf",(?=(?:{'|'.join(quantities)})=)", text) if text else ():
         quantity, equals, name = part.partition("=")
         if not equals or quantity.strip() not in quantities or not name.strip():
             raise DemandError(
-                f"--columns {text[:60]!r}: write DOF=COLUMN, t=COLUMN or volts=COLUMN, as in surge=fx,t=stamp"
+                f"--columns {text[:60]!r}: expected DOF=COLUMN, t=COLUMN or volts=COLUMN, as in"
+                " 'surge=fx,t=stamp [ms]'"
             )
         given[quantity.strip()] = name.strip()
     return given
@@ -142,136 +285,31 @@ def listed(names: Sequence[str], most: int = 12) -> str:
     return ", ".join(shown) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
-def maybe_angle(column: Column, quantity: str) -> bool:
-    """True if nothing but a DOF's own name, as ``yaw``, makes a column a moment and no attitude."""
-    return quantity in MOMENTS and words_of(column.name) == [quantity] and not column.unit
-
-
-def units_said(found: Mapping[str, Column], given: Mapping[str, str], *, dates: bool) -> set[str]:
-    """The quantities ``found`` whose unit the file says, as ``dates`` do, or the user in a ``given`` name."""
-    said = {TIME} if dates else set[str]()
-    for quantity, column in found.items():
-        names = (column.name, given.get(quantity, ""))
-        spelt = any(pattern.fullmatch(name) for name in names for pattern in (_UNIT, _SUFFIX))
-        if spelt or column.unit or column.factor not in (None, 1.0) or column.rest is not None:
-            said.add(quantity)
-    return said
-
-
-def _of_unknown_unit(header: Sequence[str], units: Sequence[str], quantity: str) -> str:
-    """The first column that would be a DOF if its unit were known, and no motion's; empty without one."""
-    for i, name in enumerate(header):
-        match = _UNIT.fullmatch(name)
-        bare, unit = (match["name"], match["unit"]) if match else (name, _below(name, units, i))
-        if not unit and (spelt := _spelt(name, quantity)):
-            bare, unit = re.sub(rf"[\W_]*(?i:{re.escape(spelt)})[\W_]*$", "", name), spelt
-        if unit and says(bare, quantity) and factor_to(quantity, unit) is None and not _MOTION.search(unit):
-            return name
-    return ""
-
-
-def untimed(header: Sequence[str], units: Sequence[str]) -> str:
-    """The first column that would be the time if its unit were one, with that; empty where there is none."""
-    for i, name in enumerate(header):
-        match = _UNIT.fullmatch(name)
-        unit = unit_of(name, units, i)
-        if unit and says(match["name"] if match else name, TIME) and factor_to(TIME, unit) is None:
-            return name if match else f"{name} [{unit}]"
-    return ""
-
-
-def _nanoseconds(header: Sequence[str], name: str) -> int | None:
-    """The column beside that of a stamp's whole seconds: stamp.sec and stamp.nanosec, secs and nsecs."""
-    whole = re.fullmatch(r"(.*?)secs?", name, re.IGNORECASE)
-    beside = {whole[1].lower() + word for word in ("nanosec", "nsec", "nanosecs", "nsecs")} if whole else ()
-    return next((i for i, other in enumerate(header) if other.lower() in beside), None)
-
-
-def _named(place: str, header: Sequence[str], units: Sequence[str], quantity: str, wanted: str) -> Column:
-    """The column that --columns names, by its whole name, or by the part before a unit that is said here."""
-    bare = _UNIT.fullmatch(wanted)
-    if header.count(wanted) > 1:
-        raise DemandError(f"{place}: {wanted[:40]!r} stands twice; rename one of the columns in the file")
-    for i, name in enumerate(header):
-        below = ""
-        if name == wanted:
-            unit, below = unit_of(name, units, i) or _spelt(name, quantity), _below(name, units, i)
-            factor = factor_to(quantity, unit)
-            if quantity == TIME:
-                factor = factor or SELF_UNIT.get(name.lower())
-        elif bare and name == bare["name"]:
-            factor = factor_to(quantity, bare["unit"])
-        else:
+def understood(
+    file: str,
+    header: Sequence[str],
+    found: Mapping[str, Column],
+    limits: Mapping[str, Column],
+    also: Iterable[int] = (),
+) -> str:
+    """A line on which columns are used and left out; empty for ours alone. ``also`` are places in use too."""
+    named = {**found, **{name: column for name, column in limits.items() if name == VOLTS}}
+    parts, own = [], []
+    for quantity, column in named.items():
+        if column.name == quantity and not column.unit:
+            own.append(quantity)
             continue
-        if factor is None and (quantity != TIME or name != wanted):
-            other = "and of another unit with --scale how many of these it is"
-            if quantity == TIME:
-                other = "and none where there are dates"
-            raise DemandError(
-                f"{place}: the unit of {wanted[:40]!r} is none of {', '.join(known(quantity))}; say which it"
-                f" is, as in --columns '{quantity}=NAME [{next(iter(known(quantity)))}]', {other}"
-            )
-        return Column(i, name, factor, unit=below)
-    raise DemandError(
-        f"{place}: no column {wanted[:40]!r} for {quantity}; there are {', '.join(header)[:200]}"
-    )
-
-
-def _meant(name: str, units: Sequence[str], index: int, quantity: str) -> Column | None:
-    """A column whose name and unit say the quantity; None for any other."""
-    for pattern in (_UNIT, _SUFFIX):
-        match = pattern.fullmatch(name)
-        if match and says(match["name"], quantity):
-            factor = factor_to(quantity, match["unit"])
-            return None if factor is None else Column(index, name, factor)
-    if not says(name, quantity):
-        return None
-    unit = unit_of(name, units, index)
-    factor = factor_to(quantity, unit)
-    if quantity == TIME and not unit:
-        return Column(index, name, SELF_UNIT.get(name.lower(), 1.0 if name == TIME else None))
-    return None if factor is None else Column(index, name, factor, unit=_below(name, units, index))
-
-
-def _moments(
-    header: Sequence[str], units: Sequence[str], dof: Sequence[str], given: Mapping[str, str], quantity: str
-) -> list[Column]:
-    """Columns that may be a moment by a name or unit that no other quantity has."""
-    found = []
-    for i, name in enumerate(header):
-        match = _UNIT.fullmatch(name) or _SUFFIX.fullmatch(name)
-        bare, unit = (match["name"], match["unit"]) if match else (name, _below(name, units, i))
-        free = name not in given.values() and not any(_meant(name, units, i, axis) for axis in dof)
-        if free and says_moment(bare, quantity) and factor_to(quantity, unit) is not None:
-            found.append(Column(i, name, None))
-    return found
-
-
-def _spelt(name: str, quantity: str) -> str:
-    """The unit that stands in a name without brackets, known or not, as in ``Fx_lbf``; empty for none."""
-    if "%" in name:
-        return "%"
-    first, *words = [word for word in _WITHIN.split(name) if word] or [""]
-    while words and words[-1].lower() in MEANT:
-        words.pop()
-    last = words[-2:]
-    if quantity != TIME:  # kN_Fx, but N is an axis
-        words = [*([first] if len(first) > 1 else []), *words]
-    for word in ("".join(last), *reversed(last if quantity == TIME else words)):
-        alike = [unit for unit in known(quantity) if unit.lower() == word.lower()]
-        if word in alike or (len(alike) == 1 and len(word) > 1):
-            return word if word in alike else alike[0]
-        if quantity != TIME and word.lower() in _UNITS:
-            return word
-    return ""
-
-
-def unit_of(name: str, units: Sequence[str], index: int) -> str:
-    """The unit of a column, in brackets behind its name or on a line below; empty where there is none."""
-    match = _UNIT.fullmatch(name)
-    return match["unit"] if match else _below(name, units, index)
-
-
-def _below(name: str, units: Sequence[str], index: int) -> str:
-    """The unit on a line below the header of a column whose name has none."""
-    return "" if _UNIT.fullmatch(name) or index >= len(units) else units[index]
+        usual = "" if isnan(column.factor) or column.rest is not None else next(iter(units_of(quantity)))
+        unit = column.unit or usual
+        rest = f" and '{header[column.rest]}'" if column.rest is not None else ""
+        stated = f" [{unit}]" if unit and split(column.name)[1] != unit else ""
+        parts.append(f"{quantity} from '{column.name}'{rest}{stated}")
+    bounds = [column.name for name, column in limits.items() if name != VOLTS]
+    used = {place for column in (*found.values(), *limits.values()) for place in (column.place, column.rest)}
+    used |= {*also}
+    others = [name or "one without a name" for i, name in enumerate(header) if i not in used]
+    parts += [f"{', '.join(own)} by name"] if own and (parts or limits or others) else []
+    parts += [f"limits from {listed(bounds, 6)}"] if bounds else []
+    parts += [f"left out: {listed(others, 6)}"] if others else []
+    parts += ["no times without --columns 't=NAME [s]'"] if others and TIME not in found else []
+    return f"{file}: {'; '.join(parts)}" if parts else ""

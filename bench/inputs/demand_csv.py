@@ -1,26 +1,25 @@
-"""Reads demands from CSV and writes thrusts as CSV, for users' scripts and from loggers."""
+"""Demands read from tables, and demands, thrusts and commands written as CSV."""
 
-from collections.abc import Mapping, Sequence, Set
+import csv
+import io
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from math import nan
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from alloc import Allocation, Status
+from alloc import Allocation, Status, Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from alloc.vehicle import LARGEST
-from bench.inputs.columns import VOLTS, Column, assign, units_said
-from bench.inputs.csv_text import csv_text, is_number
-from bench.inputs.delimited import is_blank, read_table
-from bench.inputs.frames import frame_comment, id_column, of_table
-from bench.inputs.log_limits import like_volts, limit_columns
-from bench.inputs.understood import like_angles, passed_over, understood, without_time
-from bench.inputs.units import SECONDS, TIME
-
-LATEST = 1e20
-"""Bound on times, in any unit: a date in ns is 1.7e18."""
+from alloc.vehicle.esc import Made
+from alloc.vehicle.frame import turned
+from bench.inputs.columns import TIME, Column, assign, understood, wrenches_of
+from bench.inputs.frames import Stated, frame_columns, frame_comment, of_table
+from bench.inputs.log_limits import limit_columns
+from bench.inputs.table import LARGEST as LATEST
+from bench.inputs.table import Cells, is_blank, is_number, read_table
 
 
 class Demanded(NamedTuple):
@@ -33,155 +32,150 @@ class Demanded(NamedTuple):
     said : how the file was understood, in a line; empty for a table of demands and times as this program
         writes it
     columns : (N,) columns about limits by name (``bench.inputs.log_limits``), ``volts`` [V], ``f0_min`` [N]
-    frame, why : what a comment in the file or its frame_ids say, and which of them; empty where none does
-    framed : what may be wrong about that, in a line, which --frame settles; empty for nothing
-    named : the names of the demands' columns
-    doubt : what else may be wrong, in a line; empty for nothing
+    stated : the frame that the log states
+    doubt : what may be wrong, in a line; empty for nothing
     shares : whether taus are known to be shares of what the vehicle can do [-]
-    with_unit : quantities whose unit the log or the user says, so that no other one is guessed
-    converted : (k,) names of columns whose unit was another, which is N or N m now; empty for others
+    others : whether a table has columns that are left out
     """
 
     t: FloatArray | None
     taus: FloatArray
     said: str = ""
     columns: Mapping[str, FloatArray] = {}
-    frame: str = ""
-    why: str = ""
-    framed: str = ""
-    named: tuple[str, ...] = ()
+    stated: Stated = Stated()
     doubt: str = ""
     shares: bool = False
-    with_unit: Set[str] = frozenset()
-    converted: tuple[str, ...] = ()
+    others: bool = False
 
 
 def read_demands(
-    path: Path,
-    dof: tuple[str, ...],
-    columns: Mapping[str, str] | None = None,
-    thrusters: Sequence[str] = (),
-    *,
-    by_volts: bool = False,
+    path: Path, dof: tuple[str, ...], columns: Mapping[str, str] | None = None, thrusters: Sequence[str] = ()
 ) -> Demanded:
-    """Demands from a table whose header names the DOF, in any order and much as loggers do, as they stand.
+    """Demands from a table with known headers, or with ``columns`` that the user names, as they stand.
 
     Parameters
     ----------
-    path : the file: one row a demand; commas, semicolons, tabs or blanks between cells, comments and blank
-        lines anywhere, limits (``bench.inputs.log_limits``), and further columns, which are left out
+    path : the file: one row a demand, limits (``bench.inputs.log_limits``), and further columns, left out
     dof : the vehicle's controlled DOF; each needs a column
-    columns : names of columns that the header does not tell, by DOF; ``t`` for the time, ``volts``
+    columns : names of columns by DOF; ``t`` for the time, ``volts``
     thrusters : names of the vehicle's thrusters, which columns of limits may have
-    by_volts : whether the vehicle's limits follow the voltage
 
     Raises
     ------
     FileError where the file is no table of numbers, DemandError where the numbers are no demands of this
     vehicle; both name file, line, column and remedy.
     """
-    table = read_table(path)
-    place = f"{path}: line {table.line}"
+    table, given = read_table(path), columns or {}
     if not any(table.header):
-        raise DemandError(f"{place}: the file is empty; give a header '{','.join(dof)}' and one row a demand")
-    given = columns or {}
-    found = assign(place, table.header, table.units, dof, given)
-    used = [
-        (quantity, column.place, LATEST if quantity == TIME else LARGEST)
-        for quantity, column in found.items()
-    ]
-    limits = limit_columns(place, table.header, table.units, thrusters, given, found)
-    used += [(name, column.place, LARGEST) for name, column in limits.items()]
-    rest = found[TIME].rest if TIME in found else None
-    used += [] if rest is None else [(TIME, rest, LATEST)]
-    named = tuple(found[axis].name for axis in dof)
-    framing, ids = id_column(table.header, named), set[str]()
-    numbers: list[list[float]] = []
-    lines: list[int] = []
-    blank = 0
-    for line, row in table.rows:
-        if len(row) != len(table.header):
-            raise DemandError(
-                f"{path}: line {line}: {len(row)} cells under {len(table.header)} columns; give one a column"
-            )
-        if is_blank(row[found[axis].place] for axis in dof):  # a line of another sensor
+        raise DemandError(
+            f"{table.place}: the file is empty; give a header '{','.join(dof)}' and one row a demand"
+        )
+    found = assign(table.place, table.header, table.units, dof, given)
+    limits = limit_columns(table.place, table.header, table.units, thrusters, given, found)
+    used = {name: column.place for name, column in (found | limits).items()}
+    values, lines, blank, cells = read_rows(table, used, found.get(TIME), [found[axis].place for axis in dof])
+    if not lines:
+        raise DemandError(f"{path}: holds no demands; give one row a demand below the header")
+    t = times(table, found.get(TIME), values, lines)
+    also = {place for place in cells if cells[place]}
+    said = understood(path.name, table.header, found, limits, also)
+    if blank:
+        said = f"{said or path.name}{';' if said else ':'} {blank} rows without a demand"
+    names = [found[axis].name for axis in dof]
+    return Demanded(
+        t,
+        np.column_stack([values[axis] * found[axis].factor for axis in dof]),
+        said,
+        {name: values[name] * column.factor for name, column in limits.items()},
+        of_table(table.text, table.header, cells, names),
+        _repeats(path, t, values),
+        shares=any(wrench.shares for wrench in wrenches_of(names)),
+        others=len(table.header) > len({*used.values(), *also}),
+    )
+
+
+NANOSECONDS = "t, nanoseconds"
+"""Where a stamp's nanoseconds stand in a column of their own."""
+
+
+def read_rows(
+    table: Cells,
+    used: Mapping[str, int],
+    time: Column | None,
+    needed: Collection[int],
+    optional: Collection[str] = (),
+) -> tuple[dict[str, FloatArray], list[int], int, dict[int, set[str]]]:
+    """Numbers (N,) by name, lines of their rows, how many rows are blank, and cells that may state a frame.
+
+    Parameters
+    ----------
+    used, time : places of columns by name; the column of the time, None without one
+    needed : places of which a row that is blank in all is left out
+    optional : names whose cells may be blank together, which gives NaN
+    """
+    places = dict(used) | ({} if time is None or time.rest is None else {NANOSECONDS: time.rest})
+    first = table.rows[0][1] if table.rows else []
+    cells: dict[int, set[str]] = {i: set() for i in frame_columns(table.header, first, {*places.values()})}
+    rows, lines, blank = [], [], 0
+    for line, row in table.checked_rows():
+        if is_blank(row[place] for place in needed):  # a line of another sensor
             blank += 1
             continue
+        for place, said in cells.items():
+            said.add(row[place].strip().lower())
+        absent = {*optional} if is_blank(row[places[name]] for name in optional) else set()
         lines.append(line)
-        ids |= framing.ids(row)
-        numbers.append([table.number(line, quantity, row[place], most) for quantity, place, most in used])
-    if not numbers:
-        raise DemandError(f"{path}: holds no demands; give one row a demand below the header")
-    values = np.array(numbers)
-    taus = values[:, : len(dof)] * [found[axis].factor for axis in dof]
-    times, unit = (None, "")
-    if TIME in found:
-        stamp = table.stamped(found[TIME])
-        times, unit = seconds(values[:, len(dof)], stamp, None if rest is None else values[:, -1])
-    if times is not None and (back := np.flatnonzero(np.diff(times) < 0)).size:
-        raise DemandError(
-            f"{path}: line {lines[back[0] + 1]}: t goes back from {times[back[0]]:g} to"
-            f" {times[back[0] + 1]:g} s; put rows in time order"
+        rows.append(
+            [
+                nan
+                if name in absent
+                else table.number(
+                    line,
+                    TIME if name == NANOSECONDS else name,
+                    row[place],
+                    LATEST if name in (TIME, NANOSECONDS) else LARGEST,
+                )
+                for name, place in places.items()
+            ]
         )
-    said = understood(path, table, found, limits, unit, blank, also={framing.read(ids)})
-    by_name = {
-        name: values[:, len(found) + i] * column.factor for i, (name, column) in enumerate(limits.items())
-    }
-    unread = like_volts(table.header) if by_volts and VOLTS not in limits else ""
-    doubts = (
-        passed_over(path, table, found, given, [column.place for column in limits.values()]),
-        like_angles(path, found, given),
-        without_time(path, table, found),
-        _still(path, times) or _doubled(path, times, values),
-        _without_volts(path, unread),
-    )
-    framed = of_table(path, table.frame, ids)
-    converted = tuple(found[axis].name if found[axis].factor != 1 else "" for axis in dof)
-    doubt = "; ".join(filter(None, doubts))
-    with_unit = units_said(found, given, dates=table.times == "dates")
-    return Demanded(
-        times, taus, said, by_name, *framed, named, doubt, with_unit=with_unit, converted=converted
-    )
+    values = np.array(rows).reshape(len(rows), len(places)).T
+    return dict(zip(places, values, strict=True)), lines, blank, cells
 
 
-def _still(path: Path, times: FloatArray | None) -> str:
-    """A doubt about times most of which are those of the row before: they give no rate."""
-    if times is None or len(times) < 3 or np.median(np.diff(times)) > 0:
+def times(
+    table: Cells, column: Column | None, values: Mapping[str, FloatArray], lines: Sequence[int]
+) -> FloatArray | None:
+    """Times (N,) [s], None without a column; raises FileError without a unit, DemandError if they go back."""
+    if column is None or not lines:
+        return None
+    t = values[TIME] * table.time_factor(column)
+    if column.rest is not None:
+        t = values[TIME] - values[TIME][0] + (values[NANOSECONDS] - values[NANOSECONDS][0]) * 1e-9
+    if (back := np.flatnonzero(np.diff(t) < 0)).size:
+        raise DemandError(
+            f"{table.path}: line {lines[back[0] + 1]}: t goes back from {t[back[0]]:g} to {t[back[0] + 1]:g}"
+            " s; put rows in time order"
+        )
+    return t
+
+
+def _repeats(path: Path, t: FloatArray | None, values: Mapping[str, FloatArray]) -> str:
+    """A doubt about rows that duplicate the row before, time included, or most of which have its time."""
+    if t is None or len(t) < 3:
         return ""
-    return f"{path.name}: most rows have the time of the row before, so no rate is known; --columns t=NAME"
+    if np.median(np.diff(t)) == 0:
+        return f"{path.name}: most rows have the previous row's time, so no rate is known; --columns 't=NAME'"
+    twice = int((np.diff(list(values.values()), axis=1) == 0).all(axis=0).sum())
+    return f"{path.name}: {twice} rows duplicate the previous row and are counted twice" if twice else ""
 
 
-def _doubled(path: Path, times: FloatArray | None, values: FloatArray) -> str:
-    """A doubt about rows that duplicate the previous row, its time included."""
-    twice = 0 if times is None else int((np.diff(values, axis=0) == 0).all(axis=1).sum())
-    if not twice:
-        return ""
-    return f"{path.name}: {twice} rows duplicate the previous row and are counted twice"
-
-
-def _without_volts(path: Path, unread: str) -> str:
-    """A doubt about limits that don't follow a voltage that the log may have in the column ``unread``."""
-    if not unread:
-        return ""
-    return (
-        f"{path.name}: limits follow no voltage, since no column is called 'volts';"
-        f" if {unread[:40]!r} is the battery's, --columns 'volts={unread[:40]}'"
-    )
-
-
-def seconds(values: FloatArray, column: Column, rest: FloatArray | None = None) -> tuple[FloatArray, str]:
-    """Times [s], and the unit that their size tells where nothing else does: a date in ms is above 1e11.
-
-    ``rest`` are nanoseconds beyond ``values``, whole seconds.
-    """
-    if rest is not None:
-        return values - values[0] + (rest - rest[0]) * 1e-9, ""
-    if column.factor is not None:
-        return values * column.factor, ""
-    for unit, least in (("ns", 1e17), ("us", 1e14), ("ms", 1e11)):
-        if abs(values[0]) > least:
-            return (values - values[0]) * SECONDS[unit], unit
-    return values, "s"
+def csv_text(header: Sequence[str], rows: Iterable[Iterable[str | float]]) -> str:
+    """A header and rows as CSV; numbers are the shortest that read back as the same double."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(rows)
+    return out.getvalue()
 
 
 def format_demands(
@@ -254,3 +248,35 @@ def format_thrusts(
         for i, a in enumerate(answers)
     )
     return csv_text(columns, rows)
+
+
+def sent(
+    vehicle: Vehicle,
+    answers: Sequence[Allocation],
+    t: FloatArray | None = None,
+    volts: FloatArray | None = None,
+    f_min: FloatArray | None = None,
+    f_max: FloatArray | None = None,
+    frame: str = "",
+) -> tuple[dict[str, list[float]], str]:
+    """Columns u0, u1, … of commands, made_surge, … of the wrench T P f that they make [N, N m], and a doubt.
+
+    One entry an answer, whose voltage (N,) [V] and limits (N, n) [N] are given, or the vehicle's. Times (N,)
+    [s], since the first one, and voltages stand behind, so that what was sent is a log of outputs. The wrench
+    is in ``frame``, or the vehicle's. The doubt is about voltages at which nothing was measured, empty
+    without any.
+    """
+    f = np.array([answer.f for answer in answers]).reshape(len(answers), vehicle.n)
+    wired = vehicle.commands(f, volts, f_min=f_min, f_max=f_max)
+    made = wired.f @ vehicle.TP.T
+    if frame not in ("", vehicle.frame):
+        made = turned(made.T, vehicle.dof).T
+    columns = {f"u{i}": wired.u[:, i].tolist() for i in range(vehicle.n)}
+    columns |= {f"made_{axis}": made[:, row].tolist() for row, axis in enumerate(vehicle.dof)}
+    known = {"t": None if t is None else t - t[0], "volts": volts}
+    columns |= {name: column.tolist() for name, column in known.items() if column is not None}
+    outside = int((wired.status == Made.OUTSIDE_TABLE).any(axis=1).sum())
+    if not outside:
+        return columns, ""
+    doubt = f"at the voltage of {outside} of {len(f)} rows no curve was measured: the nearest one is taken"
+    return columns, f"{doubt}, also for made_{vehicle.dof[0]}, …"

@@ -13,7 +13,7 @@ from alloc.vehicle.file import matrices, poses, reaction_torques
 from alloc.vehicle.frame import TURN
 from alloc.vehicle.geometry import DOF, pose_matrix
 from alloc.vehicle.keys import Thruster, VehicleFile, to_yaml
-from bench.inputs.csv_text import csv_text
+from bench.inputs.demand_csv import csv_text
 from bench.inputs.frames import frame_comment
 
 COMMENTS = {

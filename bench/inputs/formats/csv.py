@@ -11,12 +11,11 @@ from alloc.files.textfile import read_text
 from alloc.vehicle import LARGEST
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.keys import VehicleFile
-from bench.inputs.column_names import says
-from bench.inputs.columns import listed
-from bench.inputs.csv_text import csv_text
-from bench.inputs.delimited import Cells, numeric, read_table
-from bench.inputs.draft import Draft, commented
+from bench.inputs.columns import listed, wrenches_of
+from bench.inputs.demand_csv import csv_text
+from bench.inputs.draft import Draft, with_comment
 from bench.inputs.frames import frame_comment
+from bench.inputs.table import Cells, is_numeric, read_table
 
 HELD = frozenset({"dof", "frame", "T", "planar", "thrusters", "center_of_mass", "reaction_torque"})
 """Keys of a vehicle file that the format holds, or makes T of."""
@@ -35,7 +34,7 @@ def read(path: Path) -> Draft:
     cells = read_table(path)
     table = [(line, [cell.strip() for cell in row]) for line, row in cells.rows]
     if cells.units:
-        raise cells.refused(cells.line + 1, "says units; a row of T has none but m, so leave the line out")
+        raise cells.error(cells.line + 1, "says units; a row of T has none but m, so leave the line out")
     headed = _is_header(cells)
     if not headed:
         table.insert(0, (cells.line, cells.header))
@@ -51,22 +50,22 @@ def read(path: Path) -> Draft:
         for line, row in table
     ]
     called = cells.header[1 if named else 0 :] if headed else []
-    counts = all(map(numeric, called)) or called == [f"f{i}" for i in range(len(called))]
+    counts = all(map(is_numeric, called)) or called == [f"f{i}" for i in range(len(called))]
     draft = Draft(source=f"{path.name}, CSV of T", dof=dof, T=T, names=None if counts else called)
-    if all(map(numeric, cells.header)) and _counted(cells.header):
+    if all(map(is_numeric, cells.header)) and _counted(cells.header):
         draft.assumptions.append(f"The first line, {listed(cells.header)}, numbers the columns.")
-    return commented(draft, read_text(path))
+    return with_comment(draft, read_text(path))
 
 
 def _is_header(cells: Cells) -> bool:
     """True if the first line names or numbers the columns; raises FileError where it can't be told."""
     header = cells.header
-    if not any(map(numeric, header)):
+    if not any(map(is_numeric, header)):
         if axes := [cell for cell in header if cell.lower() in DOF] or _axes(header):
-            raise cells.refused(cells.line, f"{axes[0]} stands in the header; give a row to each DOF")
+            raise cells.error(cells.line, f"{axes[0]} stands in the header; give a row to each DOF")
         return True
     if header in (["0", "1"], ["1", "2"]):
-        raise cells.refused(
+        raise cells.error(
             cells.line, f"{listed(header)} may be a header or a row; name the rows, as in surge,0.5,1"
         )
     return _counted(header)
@@ -75,9 +74,8 @@ def _is_header(cells: Cells) -> bool:
 def _axes(header: list[str]) -> list[str]:
     """The cells of a header each of which says another DOF, as Fx, Fy, Mz or X, Y, N; else none."""
     cells = header[1:] if header[:1] and header[0].lower() in INDEX else header
-    said = {axis for cell in cells for axis in DOF if says(cell, axis)}
     letters = {cell.upper() for cell in cells} <= set("XYZKMN")
-    return cells if cells and (letters or len(said) == len(cells)) else []
+    return cells if cells and (letters or wrenches_of(cells)) else []
 
 
 def _counted(header: list[str]) -> bool:
@@ -92,9 +90,9 @@ def _names(cells: Cells, firsts: list[tuple[int, str]]) -> tuple[str, ...]:
     dof: list[str] = []
     for line, name in firsts:
         if name.lower() not in DOF:
-            raise cells.refused(line, f"{name[:40]!r} is no DOF; begin the row with one of {', '.join(DOF)}")
+            raise cells.error(line, f"{name[:40]!r} is no DOF; begin the row with one of {', '.join(DOF)}")
         if name.lower() in dof:
-            raise cells.refused(line, f"{name} stands twice; keep one of its rows")
+            raise cells.error(line, f"{name} stands twice; keep one of its rows")
         dof.append(name.lower())
     return tuple(dof)
 

@@ -10,8 +10,7 @@ from pathlib import Path
 from alloc.errors import VehicleError
 from alloc.files.textfile import read_text
 from alloc.files.yaml_tree import read_yaml
-from bench.inputs.draft import Draft, commented
-from bench.inputs.parameters import find, numbers
+from bench.inputs.draft import Draft, find, numbers, with_comment
 
 ORDER = ("roll", "pitch", "yaw", "surge", "sway", "heave")
 MATRIX = "control_allocation_matrix"
@@ -48,4 +47,4 @@ def read(path: Path) -> Draft:
         ends = [one[end] for one in own if isinstance(one, dict) and end in one]
         if len(ends) == len(table):
             setattr(draft, key, numbers(tree, f"thruster_limits {end}", ends))
-    return commented(draft, read_text(path))
+    return with_comment(draft, read_text(path))

@@ -16,9 +16,8 @@ from alloc.files.textfile import read_text
 from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.keys import Numbers, VehicleFile
-from bench.inputs.draft import Draft, commented
+from bench.inputs.draft import Draft, find, numbers, places, rows, with_comment
 from bench.inputs.frames import frame_comment
-from bench.inputs.parameters import find, numbers, places, rows
 
 POSITIONS = ("thruster_position", "thruster_positions")
 DIRECTIONS = ("thruster_force_direction", "thruster_layout")
@@ -60,7 +59,7 @@ def read(path: Path) -> Draft:
     for key, name in (("weights", "input_matrix_weights"), ("slack_weights", "slack_matrix_weights")):
         if (value := find(tree, name)) is not None:
             setattr(draft, key, numbers(tree, name, value))
-    return commented(draft, read_text(path))
+    return with_comment(draft, read_text(path))
 
 
 def _of_one_node(tree: YamlTree) -> YamlTree:

@@ -29,9 +29,9 @@ from bench.inputs.description import (
     numbers,
     pose,
     posed,
+    read_xml,
 )
 from bench.inputs.draft import Draft
-from bench.inputs.untrusted_xml import read_xml
 
 PATTERN = True
 """``read`` takes a pattern of thrusters' names."""

@@ -15,8 +15,7 @@ from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle.frame import described
 from alloc.vehicle.geometry import DOF
 from bench.inputs.columns import listed
-from bench.inputs.draft import Draft, commented
-from bench.inputs.parameters import find, numbers, rows
+from bench.inputs.draft import Draft, find, numbers, rows, with_comment
 
 ROWS = {
     "surge": ("x", "surge"),
@@ -46,7 +45,7 @@ def recognises(path: Path, text: str) -> bool:
 
 def read(path: Path) -> Draft:
     """The Draft of a TAM file, in the frame that a comment says; raises FileError or VehicleError."""
-    return commented(_draft(path), read_text(path))
+    return with_comment(_draft(path), read_text(path))
 
 
 def _draft(path: Path) -> Draft:

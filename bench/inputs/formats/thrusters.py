@@ -21,8 +21,7 @@ from alloc.vehicle.geometry import DOF
 from alloc.vehicle.keys import Numbers
 from bench.inputs.columns import listed
 from bench.inputs.description import SHORTEST, exact_angle
-from bench.inputs.draft import Draft, commented
-from bench.inputs.parameters import numbers
+from bench.inputs.draft import Draft, numbers, with_comment
 
 UNITS = {"": 1.0, "_m": 1.0, "_cm": 1e-2, "_mm": 1e-3}
 POSITIONS = {f"{name}{unit}": size for name in ("position", "pos", "xyz") for unit, size in UNITS.items()}
@@ -98,7 +97,7 @@ def read(path: Path) -> Draft:
     )
     if others:
         draft.assumptions.append(f"Left out of each thruster: {listed(others)}.")
-    return commented(draft, read_text(path))
+    return with_comment(draft, read_text(path))
 
 
 def _groups(data: Any, where: str) -> Iterator[tuple[str, dict[str, tuple[str, dict[str, Any]]]]]:

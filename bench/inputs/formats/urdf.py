@@ -17,9 +17,8 @@ import numpy as np
 from alloc.allocation import FloatArray
 from alloc.errors import NotInstalled, VehicleError
 from alloc.vehicle import LARGEST
-from bench.inputs.description import Mass, Mount, along, drafted, motors, pose
+from bench.inputs.description import Mass, Mount, along, drafted, motors, pose, read_xml
 from bench.inputs.draft import Draft
-from bench.inputs.untrusted_xml import read_xml
 
 BASE = "base_link"
 LOST = "gz does not have these thrusters, as it leaves out links of a URDF without mass and all below them"

@@ -1,12 +1,11 @@
-"""Logs of demands. Each module here reads one kind of log.
+"""Logs of demands and of outputs. Each module here reads one kind of file.
 
-A module has ``SUFFIXES`` of the files it reads ("/" for a folder) and ``read(path, topic) -> Log``.
-``bench.inputs.demand_csv`` reads tables.
+A module has ``SUFFIXES`` of the files it reads ("/" for a folder), and ``read(path, topic) -> Log`` of
+demands, ``read_outputs(path, vehicle, topic) -> Outputs`` (``bench.inputs.outputs``), or both. Tables are
+read in ``bench.inputs.demand_csv`` and ``bench.inputs.outputs``.
 """
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -16,40 +15,14 @@ from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from alloc.vehicle import LARGEST
 from alloc.vehicle.geometry import DOF
-from bench.inputs.by_suffix import reader
 from bench.inputs.columns import VOLTS
-from bench.inputs.delimited import TABLES
 from bench.inputs.demand_csv import Demanded, read_demands
-from bench.inputs.frames import doubted, frame_of, met
-from bench.inputs.shares import like_shares
-from bench.inputs.time_order import in_order
-from bench.inputs.units import TIME
+from bench.inputs.frames import in_frame
+from bench.inputs.log_files import Log, in_order, reader
+from bench.inputs.table import TABLES
 
 GAP = 3.0
 """A step longer than this many median steps is a gap: at least two samples in a row are missing."""
-
-
-class Log(NamedTuple):
-    """The wrenches in a bag or a ULog.
-
-    Attributes
-    ----------
-    t : (N,) times since the first one [s]
-    taus : (N, 6) wrenches, surge to yaw [N, N m]
-    frame : frd or flu, the frame of taus
-    why : what says so
-    framed : what may be wrong about the frame, in a line, which --frame settles; empty for nothing
-    shares : whether taus are known to be shares of what the vehicle can do [-], which only --scale turns
-    odd : what else is to be said of the log, to be added to another text
-    """
-
-    t: FloatArray
-    taus: FloatArray
-    frame: str
-    why: str
-    framed: str = ""
-    shares: bool = False
-    odd: str = ""
 
 
 class LogOptions(msgspec.Struct, frozen=True, kw_only=True):
@@ -59,7 +32,7 @@ class LogOptions(msgspec.Struct, frozen=True, kw_only=True):
     ----------
     topic : of the wrenches, where a bag has several
     frame : frd or flu, where what the log says of its frame, or nothing, is wrong
-    columns : the column's name of some DOF, of ``t`` and of ``volts``, where a table's header does not tell
+    columns : the column's name of some DOF, of ``t`` and of ``volts``, where a table's header is not known
     scale : factors of all DOF, or of each [N, N m] over what the log has
     """
 
@@ -75,8 +48,7 @@ def read_log(
     options: LogOptions | None = None,
     *,
     frame: str = "frd",
-    thrusters: Sequence[str] = (),
-    by_volts: bool = False,
+    thrusters: tuple[str, ...] = (),
 ) -> Demanded:
     """Times and demands in a log, turned into the vehicle's frame; ``said`` tells whether they were turned.
 
@@ -87,7 +59,6 @@ def read_log(
     options : what the log does not say itself
     frame : frd or flu, that of the vehicle
     thrusters : their names, which columns of limits may have
-    by_volts : whether the vehicle's limits follow the voltage
 
     Raises
     ------
@@ -102,33 +73,51 @@ def read_log(
     if not path.is_dir() and path.suffix.lower() in TABLES:
         if topic:
             raise DemandError(f"{path}: a table has no topic {topic!r}; --columns says which column is what")
-        table = read_demands(path, dof, options.columns, thrusters, by_volts=by_volts)
-        given, why = frame_of(path, options.frame, table.frame, table.why, frame, table.named)
-        taus, turning = met(table.taus, dof, given, why, frame)
-        said = f"{table.said}; {turning}" if table.said else f"{path.name}: {turning}"
-        framed = doubted(path, options.frame, table.frame, table.framed, table.named, frame)
-        doubt = "; ".join(filter(None, (framed, table.doubt, _twice(path, table, options))))
-        return table._replace(taus=_scaled(taus, dof, options.scale), said=said, doubt=doubt)
+        log = read_demands(path, dof, options.columns, thrusters)
+    else:
+        log = _from_module(path, dof, topic, options)
+    taus, turning = in_frame(path, log.taus, dof, log.stated, options.frame, frame)
+    said = f"{log.said}; {turning}" if log.said else f"{path.name}: {turning}"
+    if len(options.scale) not in (0, 1, len(dof)):
+        raise DemandError(
+            f"--scale has {len(options.scale)} factors, expected one, or one for each of {', '.join(dof)}"
+        )
+    taus = taus * np.array(options.scale) if options.scale else taus
+    return log._replace(taus=taus, said=said, shares=log.shares and not options.scale)
+
+
+def _from_module(path: Path, dof: tuple[str, ...], topic: str, options: LogOptions) -> Demanded:
+    """Demands of a log that is no table, in the log's frame.
+
+    Rows that are all NaN, as before a controller runs, are no demands, and left out.
+    """
     if path.suffix.lower() == ".bin" and path.exists():
         raise DemandError(
             f"{path}: ArduPilot logs what was sent; `demands --from-outputs -o` makes a CSV of it"
         )
-    module = reader(__name__, path, "log", TABLES[:-1])
+    module = reader(path, "read", "log")
     if options.columns:
         raise DemandError(f"{path}: has no columns; --columns is for tables, leave it out")
     log: Log = module.read(path, topic)
-    t, taus, left_out, blank = _checked(path, log, dof)
-    given, why = frame_of(path, options.frame, log.frame, log.why, frame)
-    taus, turning = met(taus, dof, given, why, frame)
-    said = f"{path.name}: {turning}{log.odd}"
-    if left_out:
-        said += f"; left out: {', '.join(left_out)}, which the vehicle does not have"
-    if blank:
-        said += f"; {blank} rows without a demand"
-    doubt = "" if options.frame else log.framed
-    shares = log.shares and not options.scale
-    taus = _scaled(taus, dof, options.scale)
-    return Demanded(t, taus, said, doubt=doubt, shares=shares, with_unit={TIME})
+    order = in_order(path, log.t)  # messages may arrive late
+    t, taus = log.t[order], log.taus[order]
+    moved = np.nan_to_num(taus)
+    others = [axis for axis, column in zip(DOF, moved.T, strict=True) if column.any() and axis not in dof]
+    taus = taus[:, [DOF.index(axis) for axis in dof]]
+    there = ~np.isnan(taus).all(axis=1)
+    if not there.any():
+        raise DemandError(f"{path}: holds no demands; record the demanded wrench")
+    t, taus = t[there] - t[there][0], taus[there]
+    bad = np.flatnonzero(~(np.abs(taus) <= LARGEST).all(axis=1))
+    if bad.size:
+        raise DemandError(
+            f"{path}: the wrench at t = {t[bad[0]]:.3f} s is not finite, or above {LARGEST:g}; cut it out"
+        )
+    parts = [f"left out: {', '.join(others)}, which the vehicle does not have"] if others else []
+    parts += [] if there.all() else [f"{np.count_nonzero(~there)} rows without a demand"]
+    parts += [log.remark] if log.remark else []
+    said = f"{path.name}: {'; '.join(parts)}" if parts else ""
+    return Demanded(t, taus, said, stated=log.stated, shares=log.shares)
 
 
 def log_for(vehicle: Vehicle, path: Path, options: LogOptions | None = None) -> Demanded:
@@ -137,38 +126,21 @@ def log_for(vehicle: Vehicle, path: Path, options: LogOptions | None = None) -> 
     Voltages that no limits follow are left out with a doubt, unless the user named their column.
     """
     options = options or LogOptions()
-    by_volts = vehicle.by_volts is not None
-    log = read_log(
-        path, vehicle.dof, options, frame=vehicle.frame, thrusters=vehicle.names, by_volts=by_volts
-    )
+    log = read_log(path, vehicle.dof, options, frame=vehicle.frame, thrusters=vehicle.names)
+    doubts = [log.doubt]
     if log.shares:
-        doubt = f"{path.name}: setpoints are shares of 1, taken for N and N m; --scale says what 1 is"
-        log = _doubting(log, doubt)
-    elif not options.scale and not log.with_unit & {*vehicle.dof}:
-        log = _doubting(log, like_shares(path, vehicle, log.taus))
-    if by_volts or VOLTS not in log.columns or VOLTS in options.columns:
-        return log
-    doubt = (
-        f"{path.name}: 'volts' is left out, as {vehicle.name} has no limits by voltage; if they follow it,"
-        " add 'volts' to its file"
-    )
-    columns = {name: values for name, values in log.columns.items() if name != VOLTS}
-    return _doubting(log._replace(columns=columns), doubt)
-
-
-def _twice(path: Path, table: Demanded, options: LogOptions) -> str:
-    """A doubt about a factor on top of one that a column's unit says."""
-    factors = options.scale * (len(table.converted) if len(options.scale) == 1 else 1)
-    # ``_scaled`` refuses a scale of another length.
-    pairs = zip(table.converted, factors, strict=False)
-    name = next((name[:40] for name, factor in pairs if name and factor != 1), "")
-    if not name:
-        return ""
-    return f"{path.name}: {name!r} is in N or N m by its unit already; --scale multiplies that once more"
-
-
-def _doubting(log: Demanded, doubt: str) -> Demanded:
-    return log._replace(doubt="; ".join(filter(None, (log.doubt, doubt))))
+        doubts.append(f"{path.name}: setpoints are shares of 1, taken for N and N m; --scale says what 1 is")
+    if vehicle.by_volts is not None and VOLTS not in log.columns and log.others:
+        said = "limits follow no voltage without a column 'volts', or --columns 'volts=NAME [V]'"
+        log = log._replace(said=f"{log.said}; {said}")
+    columns = log.columns
+    if vehicle.by_volts is None and VOLTS in columns and VOLTS not in options.columns:
+        doubts.append(
+            f"{path.name}: 'volts' is left out, as {vehicle.name} has no limits by voltage; if they follow"
+            " it, add 'volts' to its file"
+        )
+        columns = {name: values for name, values in columns.items() if name != VOLTS}
+    return log._replace(columns=columns, doubt="; ".join(filter(None, doubts)))
 
 
 def rate_hz(t: FloatArray | None) -> float | None:
@@ -185,31 +157,3 @@ def after_gaps(t: FloatArray | None) -> tuple[int, ...]:
         return ()
     steps = np.diff(t)
     return tuple((np.flatnonzero(steps > GAP * np.median(steps)) + 1).tolist())
-
-
-def _scaled(taus: FloatArray, dof: tuple[str, ...], scale: tuple[float, ...]) -> FloatArray:
-    if len(scale) > 1 and len(scale) != len(dof):
-        raise DemandError(f"--scale has {len(scale)} factors; give one, or one for each of {', '.join(dof)}")
-    return taus * np.array(scale) if scale else taus
-
-
-def _checked(path: Path, log: Log, dof: tuple[str, ...]) -> tuple[FloatArray, FloatArray, list[str], int]:
-    """Times, demands on the axes of ``dof``, other axes that were asked for something, rows that are all NaN.
-
-    These, as before a controller runs, are no demands in a table either, and left out.
-    """
-    order = in_order(path, log.t)  # messages may arrive late
-    t, taus = log.t[order], log.taus[order]
-    asked = np.nan_to_num(taus)
-    left_out = [axis for axis, some in zip(DOF, asked.T, strict=True) if some.any() and axis not in dof]
-    taus = taus[:, [DOF.index(axis) for axis in dof]]
-    given = ~np.isnan(taus).all(axis=1)
-    if not given.any():
-        raise DemandError(f"{path}: holds no demands; record the demanded wrench")
-    t, taus = t[given] - t[given][0], taus[given]
-    bad = np.flatnonzero(~(np.abs(taus) <= LARGEST).all(axis=1))
-    if bad.size:
-        raise DemandError(
-            f"{path}: the wrench at t = {t[bad[0]]:.3f} s is not finite, or above {LARGEST:g}; cut it out"
-        )
-    return t, taus, left_out, int(np.count_nonzero(~given))

@@ -10,8 +10,7 @@ from alloc.allocation import FloatArray
 from alloc.errors import DemandError, FileError, NotInstalled
 from alloc.vehicle.geometry import DOF
 from bench.inputs.frames import of_ids
-from bench.inputs.logs import Log
-from bench.inputs.parsers import parsing
+from bench.inputs.log_files import Log, parsing
 
 SUFFIXES = (".bag", ".db3", ".mcap", "/")
 TYPES = ("geometry_msgs/msg/Wrench", "geometry_msgs/msg/WrenchStamped")
@@ -57,7 +56,7 @@ def read(path: Path, topic: str) -> Log:
             (received, reader.deserialize(raw, connection.msgtype))
             for connection, received, raw in reader.messages(connections=wanted)
         ]
-        return _log(path, messages)
+        return _log(messages)
 
 
 def _choose(path: Path, topics: list[str], others: list[str], topic: str) -> str:
@@ -87,7 +86,7 @@ def _stamped(stamps: list[Any], received: NDArray[np.int64]) -> NDArray[np.int64
     return t_ns if known and (len(t_ns) < 2 or np.ptp(t_ns) > 0) else received
 
 
-def _log(path: Path, messages: list[tuple[int, Any]]) -> Log:
+def _log(messages: list[tuple[int, Any]]) -> Log:
     received = np.array([time for time, _ in messages], dtype=np.int64)
     headers = [getattr(message, "header", None) for _, message in messages]
     t_ns = _stamped([header.stamp for header in headers if header is not None], received)
@@ -101,4 +100,4 @@ def _log(path: Path, messages: list[tuple[int, Any]]) -> Log:
     ).reshape(-1, len(DOF))
     frames = {str(header.frame_id).lower() for header in headers if header is not None}
     start = t_ns.min(initial=t_ns[0]) if len(t_ns) else 0
-    return Log((t_ns - start) / 1e9, taus, *of_ids(path, frames))
+    return Log((t_ns - start) / 1e9, taus, of_ids(frames))

@@ -15,10 +15,11 @@ from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from alloc.vehicle.file import find_file, read_document
 from alloc.vehicle.frame import turned
-from alloc.vehicle.geometry import DOF
+from alloc.vehicle.geometry import DOF, unit
 from alloc.vehicle.keys import to_yaml
 from bench.__main__ import cli
 from bench.demands import build_demands
+from bench.inputs.columns import parse_columns
 from bench.inputs.demand_csv import format_demands
 from bench.inputs.frames import of_id
 from bench.inputs.logs import LogOptions, log_for, read_log
@@ -164,7 +165,7 @@ def test_a_frame_that_is_none_or_two_is_refused_until_the_user_says_one(
 ) -> None:
     file = tmp_path / "log.csv"
     file.write_text(f"{comments}surge,sway,yaw\n1,2,3\n")
-    with pytest.raises(DemandError, match=rf"log\.csv: its comment says frame {named}; give --frame frd"):
+    with pytest.raises(DemandError, match=rf"log\.csv: its comment states frame {named}, expected frd"):
         read_log(file, PLANAR)
     assert "frame flu (--frame)" in read_log(file, PLANAR, LogOptions(frame="flu")).said
 
@@ -193,10 +194,10 @@ def test_a_comment_about_axes_in_another_form_is_refused_with_the_form_to_write(
     """'the file names none' was said, nothing turned, and four signs were wrong in a vehicle in flu."""
     file = tmp_path / "log.csv"
     file.write_text(f"# dive 7\n{comment}\nsurge,sway,yaw\n1,2,3\n")
-    says = "its comment says frame x" if "frame: x" in comment else f"line 2: {comment!r} may say a frame"
+    says = "its comment states frame x" if "frame: x" in comment else f"line 2: {comment!r} may state a frame"
     with pytest.raises(DemandError, match=f"{re.escape(says)}.* give --frame frd or flu$") as refused:
         read_log(file, PLANAR)
-    assert ("write the line '# frame: frd' or '# frame: flu'" in str(refused.value)) == ("may" in says)
+    assert ("expected '# frame: frd' or '# frame: flu'; write that" in str(refused.value)) == ("may" in says)
     assert read_log(file, PLANAR, LogOptions(frame="flu")).taus.tolist() == [[1, -2, -3]]
     file.write_text(f"{comment}\n# frame: flu\nsurge,sway,yaw\n1,2,3\n")
     if "frame:" not in comment:
@@ -215,12 +216,14 @@ def test_a_comment_about_other_things_says_no_frame(comment: str, tmp_path: Path
 def test_names_of_columns_that_are_about_axes_are_refused_until_a_frame_is_said(tmp_path: Path) -> None:
     """The file with 'flu/fx' was said to name no frame."""
     file = tmp_path / "log.csv"
+    columns = {"surge": "flu/fx [N]", "sway": "flu/fy [N]", "yaw": "flu/mz [Nm]"}
     file.write_text("flu/fx,flu/fy,flu/mz\n1,2,3\n")
-    with pytest.raises(DemandError, match=r"column 'flu/fx' may say a frame.* or give --frame frd or flu"):
-        read_log(file, PLANAR)
-    assert read_log(file, PLANAR, LogOptions(frame="flu")).taus.tolist() == [[1, -2, -3]]
+    with pytest.raises(DemandError, match=r"column 'flu/fx' may state a frame.* or give --frame frd or flu"):
+        read_log(file, PLANAR, LogOptions(columns=columns))
+    told = read_log(file, PLANAR, LogOptions(columns=columns, frame="flu"))
+    assert told.taus.tolist() == [[1, -2, -3]]
     file.write_text("# frame: flu\nflu/fx,flu/fy,flu/mz\n1,2,3\n")
-    assert read_log(file, PLANAR).taus.tolist() == [[1, -2, -3]]
+    assert read_log(file, PLANAR, LogOptions(columns=columns)).taus.tolist() == [[1, -2, -3]]
 
 
 @pytest.mark.parametrize("told", ["", "flu"])
@@ -234,10 +237,10 @@ def test_a_comment_and_a_column_about_other_axes_are_refused_until_a_frame_is_sa
         if told:
             assert read_log(file, PLANAR, LogOptions(frame=told)).taus.tolist() == [[1, -2, -3]]
             continue
-        with pytest.raises(DemandError, match=f"says frame {comment}, a row of it '{cell}'; give --frame"):
+        with pytest.raises(DemandError, match=f"states frame {comment}, a row of it '{cell}', expected"):
             read_log(file, PLANAR)
     file.write_text("# frame: frd\nframe_id,surge,sway,yaw\nrov,1,2,3\n")  # no word about axes
-    assert read_log(file, PLANAR).frame == "frd"
+    assert read_log(file, PLANAR).stated.frame == "frd"
 
 
 @pytest.mark.parametrize("asked", ["", "frd", "flu"])
@@ -254,10 +257,10 @@ def test_what_allocate_says_was_made_is_in_the_frame_that_was_asked_for_and_name
     log.write_text(format_demands(None, TAU / 2, DOF, frame=asked or own))
     command = ("allocate", log, "--vehicle", file, "--method", "nullspace", "--esc", "-o", out)
     assert thrustbench(*command, *(["--frame", asked] if asked else [])).exit_code == 0
-    made = {axis: f"made_{axis}" for axis in DOF}
+    made = {axis: f"made_{axis} [{unit(axis)}]" for axis in DOF}
     back = read_log(out, DOF, LogOptions(columns=made), frame=asked or own)
     np.testing.assert_allclose(back.taus, TAU / 2, atol=0.5)  # a step of the ESCs is 0.1 N
-    assert (back.frame, "nothing turned" in back.said) == (asked or own, True)
+    assert (back.stated.frame, "nothing turned" in back.said) == (asked or own, True)
 
 
 def test_bags_and_ulogs_say_why_their_frame_is_taken(tmp_path: Path) -> None:
@@ -284,35 +287,31 @@ def test_bags_and_ulogs_say_why_their_frame_is_taken(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("header", "frame", "told", "warned"),
+    ("header", "frame", "columns", "refused"),
     [
         ("wrench/force/x,wrench/force/y,wrench/torque/z", "frd", "", True),
-        ("/tau/wrench/force.x,force.y,torque.z", "frd", "", True),
+        ("force.x,force.y,torque.z", "frd", "", True),
         ("force.x,force.y,torque.z", "flu", "", False),
-        ("force.x,force.y,torque.z", "frd", "flu", False),
-        ("force.x,force.y,torque.z", "frd", "frd", False),
+        ("/a/force/x,/a/force/y,/a/torque/z", "frd", "surge={} [N],sway={} [N],yaw={} [Nm]", True),
         ("surge,sway,yaw", "frd", "", False),
         ("Fx,Fy,Mz", "frd", "", False),
     ],
 )
-def test_columns_named_as_in_ros_are_doubted_on_a_vehicle_with_z_down(
-    tmp_path: Path, header: str, frame: str, told: str, warned: bool
+def test_columns_named_as_in_ros_need_a_frame_on_a_vehicle_with_z_down(
+    tmp_path: Path, header: str, frame: str, columns: str, refused: bool
 ) -> None:
+    """They were taken as they stand, with a warning."""
     file = tmp_path / "log.csv"
     file.write_text(f"{header}\n1,2,3\n")
-    doubt = read_log(file, PLANAR, LogOptions(frame=told), frame=frame).doubt
-    assert bool(doubt) == warned
-    if warned:
-        assert "--frame flu" in doubt
-    vehicle = load_vehicle("ukwial").with_frame(frame)
-    assert (doubt in build_demands(file, vehicle, 0, log=LogOptions(frame=told)).said) == warned
-
-
-def test_a_column_named_by_the_user_is_doubted_too(tmp_path: Path) -> None:
-    file = tmp_path / "log.csv"
-    file.write_text("linear.x,linear.y,angular.z\n1,2,3\n")
-    columns = {"surge": "linear.x", "sway": "linear.y", "yaw": "angular.z"}
-    assert "'linear.y'" in read_log(file, PLANAR, LogOptions(columns=columns)).doubt
+    given = parse_columns(columns.format(*header.split(",")))
+    if refused:
+        with pytest.raises(DemandError, match=r"is named as in ROS, where z is up, .* give --frame flu"):
+            read_log(file, PLANAR, LogOptions(columns=given), frame=frame)
+    else:
+        assert "nothing turned" in read_log(file, PLANAR, LogOptions(columns=given), frame=frame).said
+    for told in ("frd", "flu"):
+        log = read_log(file, PLANAR, LogOptions(frame=told, columns=given), frame=frame)
+        assert log.taus.tolist() == [[1, 2, 3] if told == frame else [1, -2, -3]]
 
 
 def test_what_demands_writes_names_its_frame_and_is_read_back_into_either(
@@ -330,7 +329,7 @@ def test_the_demands_to_start_from_name_their_frame(frame: str, box: dict[str, P
     file, vehicle = tmp_path / "demands.csv", load_vehicle(box[frame])
     file.write_text(first_demands(vehicle))
     log = log_for(vehicle, file, LogOptions())
-    assert (log.frame, "nothing turned" in log.said) == (frame, True)
+    assert (log.stated.frame, "nothing turned" in log.said) == (frame, True)
 
 
 @pytest.mark.parametrize("form", ["csv", "ros"])
@@ -398,21 +397,15 @@ def test_a_column_with_frame_ids_says_the_frame(
     assert log.doubt == ""
 
 
-def test_frame_ids_that_do_not_turn_or_contradict_each_other_are_told(tmp_path: Path) -> None:
+def test_frame_ids_that_do_not_turn_or_contradict_each_other_are_refused(tmp_path: Path) -> None:
     file = tmp_path / "log.csv"
-    fixed = read_log(echoed(file, "map", "map"), DOF, frame="flu")
-    assert "its frame_id is 'map', which does not turn with the vehicle" in fixed.doubt
-    assert read_log(file, DOF, LogOptions(frame="flu"), frame="flu").doubt == ""
-    with pytest.raises(DemandError, match="z down in some, up in others"):
+    with pytest.raises(DemandError, match="its frame_id 'map' does not turn with the vehicle, expected"):
+        read_log(echoed(file, "map", "map"), DOF, frame="flu")
+    assert "--frame" in read_log(file, DOF, LogOptions(frame="flu"), frame="flu").said
+    with pytest.raises(DemandError, match="states frame 'base_link_ned' and 'base_link', expected"):
         read_log(echoed(file, "base_link", "base_link_ned"), DOF)
     told = read_log(echoed(file, "base_link_ned", comment="# frame: frd"), DOF, frame="flu")
     assert "its comment" in told.said
-
-
-def test_frame_ids_of_another_message_say_nothing(tmp_path: Path) -> None:
-    file = tmp_path / "log.csv"
-    file.write_text("imu.header.frame_id,surge,sway,yaw\nimu_ned,1,2,3\n")
-    assert "the file names none" in read_log(file, ("surge", "sway", "yaw"), frame="flu").said
 
 
 @pytest.mark.parametrize(
@@ -437,20 +430,28 @@ def test_a_frame_id_says_by_a_word_that_z_is_down(name: str, frame: str) -> None
     [
         ("frame", "flu", -3, "frame flu (as ROS has it, frame_id 'flu'), turned"),
         ("frame", "body_flu", -3, "frame flu (as ROS has it, frame_id 'body_flu'), turned"),
-        ("coordinate_frame", "FRD", 3, "nothing turned"),
-        ("frame", "1042", 3, "left out: frame; frame frd (the file names none)"),  # of a camera
-        ("frame", "body", 3, "left out: frame; frame frd (the file names none)"),
-        ("axes", "flu", -3, "frame flu (as ROS has it, frame_id 'flu'), turned"),
-        ("body_frame", "z up", -3, "frame flu (as ROS has it, frame_id 'z up'), turned"),
         ("frame", "Z down", 3, "frame frd (its frame_id is 'z down')"),
-        ("frame", "enu", -3, "frame flu (as ROS has it, frame_id 'enu'), turned"),
+        ("frame", "", 3, "frame frd (the file names none)"),
+        ("frame_id", "rov", -3, "frame flu (as ROS has it, frame_id 'rov'), turned"),
+        ("mode", "AUTO", 3, "left out: mode"),
+        ("frame", "1042", None, "its column 'frame' states frame '1042', expected frd or flu"),  # of a camera
+        ("frame", "body", None, "its column 'frame' states frame 'body', expected frd or flu"),
+        ("frame", "enu", None, "its frame_id 'enu' does not turn with the vehicle"),
+        ("coordinate_frame", "FRD", None, "column 'coordinate_frame' with 'frd' may state a frame"),
+        ("axes", "flu", None, "column 'axes' with 'flu' may state a frame"),
+        ("imu.header.frame_id", "imu_ned", None, "column 'imu.header.frame_id' with 'imu_ned' may state"),
     ],
 )
-def test_a_column_called_frame_is_read_where_it_says_axes(
-    name: str, cell: str, yaw: float, said: str, tmp_path: Path
+def test_a_column_that_states_a_frame_is_read_or_refused(
+    name: str, cell: str, yaw: float | None, said: str, tmp_path: Path
 ) -> None:
     """It said flu, and the program that the file names no frame; sway and yaw had the other sign."""
     file = tmp_path / "log.csv"
     file.write_text(f"{name},surge,sway,yaw\n{cell},1,2,3\n")
+    if yaw is None:
+        with pytest.raises(DemandError, match=re.escape(said)):
+            log_for(load_vehicle("ukwial"), file)
+        assert log_for(load_vehicle("ukwial"), file, LogOptions(frame="flu")).taus[0, 2] == -3
+        return
     log = log_for(load_vehicle("ukwial"), file)
     assert (log.taus[0, 2], said in log.said) == (yaw, True)

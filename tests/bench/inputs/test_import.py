@@ -251,7 +251,10 @@ def test_a_bad_csv_of_t_is_refused(tmp_path: Path, text: str) -> None:
         ("surge,sway,yaw\n1,0,0.2\n1,0,-0.2\n0,1,0\n", "line 1: surge stands in the header; give a row"),
         ("Fx,Fy,Mz\n1,0,0.2\n1,0,-0.2\n0,1,0\n", "line 1: Fx stands in the header; give a row"),
         ("X,Y,N\n1,0,0.2\n1,0,-0.2\n0,1,0\n", "line 1: X stands in the header; give a row"),
-        (",tau_x,tau_y,tau_n\nT1,1,0,0.2\nT2,1,0,-0.2\n", "line 1: tau_x stands in the header; give a row"),
+        (
+            ",force.x,force.y,torque.z\nT1,1,0,0.2\nT2,1,0,-0.2\n",
+            "line 1: force.x stands in the header",
+        ),
     ],
 )
 def test_rows_of_a_csv_of_t_that_could_be_misread_are_refused_with_their_line(
@@ -365,7 +368,7 @@ def test_a_vehicle_s_file_whose_comment_leaves_the_frame_undecided_is_refused(tm
     """frd was taken where a comment said z up, or enu; and no comment of a tam was read at all."""
     table, limits = "surge,1,1\nsway,0.1,0.2\n", {"f_min": -20.0, "f_max": 20.0}
     for name, text in (("T.csv", table), ("tam.yaml", AUV_CONTROLLERS)):
-        for comment, said in (("z up", "'# z up' may say a frame"), ("frame: enu", "says frame enu")):
+        for comment, said in (("z up", "'# z up' may state a frame"), ("frame: enu", "states frame enu")):
             asked = f"# {comment}\n{text}"
             with pytest.raises(VehicleError, match=f"{said}.* give --frame frd or flu"):
                 imported(tmp_path, asked, ImportOptions(**limits), name)

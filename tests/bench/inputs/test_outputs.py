@@ -14,10 +14,9 @@ from alloc.allocation import FloatArray
 from bench.__main__ import cli
 from bench.demands.outputs_summary import as_text, columns_of, full_authority, made_by
 from bench.inputs.columns import parse_columns
-from bench.inputs.demand_csv import read_demands
-from bench.inputs.esc_columns import sent
+from bench.inputs.demand_csv import read_demands, sent
+from bench.inputs.logs import ulog as px4
 from bench.inputs.outputs import read_outputs
-from bench.inputs.outputs import ulog as px4
 from tests.output_logs import write_bin, write_outputs_ulog
 
 VEHICLE = load_vehicle("bluerov2-heavy")
@@ -129,13 +128,12 @@ def test_demands_and_times_beside_commands_are_found_as_in_a_log_of_demands(tmp_
     assert (undone.most < 0.02 * full_authority(VEHICLE)).all()
 
 
-def test_angles_beside_forces_and_commands_are_doubted(tmp_path: Path) -> None:
+def test_angles_beside_forces_and_commands_are_refused_until_confirmed(tmp_path: Path) -> None:
     file = tmp_path / "angles.csv"
     header = ["Fx", "Fy", "Fz", "roll", "pitch", "yaw", *(f"u{i}" for i in range(8))]
     file.write_text(",".join(header) + "\n" + ",".join(["1"] * 6 + ["1500"] * 8) + "\n")
-    outputs = read_outputs(file, VEHICLE)
-    assert outputs.doubt.startswith("angles.csv: 'roll' and 'pitch' and 'yaw', beside 'Fx', may be attitude")
-    assert "roll, pitch, yaw by name; u0 … u7 are the commands" in outputs.said
+    with pytest.raises(AllocError, match="Fx, Fy, Fz, roll, pitch, yaw are of two spellings, expected one"):
+        read_outputs(file, VEHICLE)
 
 
 def test_angles_without_a_force_beside_commands_are_no_demands(tmp_path: Path) -> None:
@@ -165,16 +163,6 @@ def test_what_could_be_met_is_asked_of_the_battery_of_the_moment(tmp_path: Path)
     undone = made_by(read_outputs(file, VEHICLE), VEHICLE).undone
     assert undone is not None
     assert undone.attainable == 0.5
-
-
-def test_times_in_ms_under_a_name_that_says_seconds_are_doubted(tmp_path: Path) -> None:
-    file = tmp_path / "ms.csv"
-    file.write_text("t,u0,u1,u2,u3,u4,u5,u6,u7\n" + "".join(f"{20 * i}{',1600' * 8}\n" for i in range(3)))
-    command = ["demands", str(file), "--vehicle", VEHICLE.name, "--from-outputs"]
-    result = CliRunner().invoke(cli, command, standalone_mode=False)
-    assert "warning: ms: 0.05 Hz; were its times in ms, 50 Hz: name the column 't [ms]', or" in result.stderr
-    told = CliRunner().invoke(cli, [*command, "--columns", "t=t [ms]"], standalone_mode=False)
-    assert (told.exception, "warning: ms: " in told.stderr) == (None, False)
 
 
 def test_a_ros_stamp_in_two_columns_is_the_time_of_commands(tmp_path: Path) -> None:
@@ -227,19 +215,15 @@ def test_a_log_that_names_the_output_of_some_motors_only_is_refused(tmp_path: Pa
         read_outputs(file, VEHICLE)
 
 
-def test_a_voltage_under_another_name_is_no_voltage_and_said_so(tmp_path: Path) -> None:
+def test_a_voltage_under_another_name_is_left_out_and_taken_where_it_is_named(tmp_path: Path) -> None:
     file = tmp_path / "logger.csv"
     head = ["t", *(f"u{i}" for i in range(8)), "Battery [mV]"]
     file.write_text(",".join(head) + "\n" + "".join(f"{t},{'1600,' * 8}14000\n" for t in (0.0, 0.1)))
     said = read_outputs(file, VEHICLE).said
-    assert "follow no voltage: if 'Battery [mV]' is the battery's, --columns 'volts=Battery [mV]'" in said
-    file.write_text(file.read_text().replace("Battery [mV]", "battery"))
-    wrong = read_outputs(file, VEHICLE, parse_columns("volts=battery"))
-    assert "14000 V, where curves end at 20 V; if it is in mV, --columns 'volts=NAME [mV]'" in wrong.doubt
-    told = read_outputs(file, VEHICLE, parse_columns("volts=battery [mV]"))
-    assert told.doubt == ""
-    assert "thrusts follow no voltage" not in told.said
-    assert told.volts == pytest.approx([14, 14])
+    assert "left out: Battery [mV]" in said
+    assert "no voltage was measured, that of 'esc' is taken" in said
+    told = read_outputs(file, VEHICLE, parse_columns("volts=Battery [mV]"))
+    assert (told.doubt, told.volts) == ("", pytest.approx([14, 14]))
 
 
 @pytest.mark.parametrize("none", [0.0, np.nan])
@@ -284,7 +268,7 @@ def test_two_dives_in_one_dataflash_log_are_not_shuffled_into_one(tmp_path: Path
 def test_two_dives_in_one_ulog_are_not_shuffled_into_one(
     tmp_path: Path, topic: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    sets, *others = px4.read_ulog(ulog(tmp_path), px4.OUTPUTS, px4.BATTERY, *px4.ASKED)
+    sets, *others = px4.read_ulog(ulog(tmp_path), px4.OUTPUTS, px4.BATTERY, px4.THRUST, px4.TORQUE)
     sets[topic][0]["timestamp"] = TWICE * 1e6  # pyulog's writer would sort them
     monkeypatch.setattr(px4, "read_ulog", lambda *_: (sets, *others))
     with pytest.raises(AllocError, match=r"dive\.ulg: time goes back from 2\.48 to 0\.5 s, as where"):
@@ -364,8 +348,8 @@ def test_that_no_voltage_was_measured_is_said_where_curves_follow_it(tmp_path: P
     [
         ("a.csv", b"u0,u1\n1500,1500\n", "no one column 'u2'"),
         ("a.csv", b"u0,u1,u2,u3,u4,u5,u6,u7\n", "holds no outputs"),
-        ("a.csv", b"u0,u1,u2,u3,u4,u5,u6,u7\n1,2\n", "line 2: has 2 cells"),
-        ("a.csv", b"t,u0,u1,u2,u3,u4,u5,u6,u7\n0,2" + b",1500" * 8, "line 2: has 10 cells under 9 columns"),
+        ("a.csv", b"u0,u1,u2,u3,u4,u5,u6,u7\n1,2\n", "line 2: got 2 cells, expected 8"),
+        ("a.csv", b"t,u0,u1,u2,u3,u4,u5,u6,u7\n0,2" + b",1500" * 8, "line 2: got 10 cells, expected 9"),
         (
             "a.csv",
             b"u0,u1,u2,u3,u4,u5,u6,u7\n1500,0,0,0,0,0,0,0\n1500,0.2,0,0,0,0,0,-1\n",
@@ -374,13 +358,13 @@ def test_that_no_voltage_was_measured_is_said_where_curves_follow_it(tmp_path: P
         (
             "a.csv",
             b"surge,fx,u0,u1,u2,u3,u4,u5,u6,u7\n1,2" + b",1500" * 8,
-            "line 1: surge may be 'surge' and 'fx'; say which, as in --columns",
+            "line 1: surge may be 'surge' and 'fx'; rename one, or --columns",
         ),
         ("a.csv", b"u0,u1,u2,u3,u4,u5,u6,u7\n1,2,3,4,5,6,7,x\n", "u7 is 'x'"),
         (
             "a.csv",
             b"t,u0,u1,u2,u3,u4,u5,u6,u7\n1,1,2,3,4,5,6,7,8\n0,1,2,3,4,5,6,7,8\n",
-            "times in 't' go back",
+            "line 3: t goes back from 1 to 0 s",
         ),
         ("a.ulg", b"no log", "not a ULog"),
         ("a.bin", b"no log", r"a\.bin: no dataflash log, or an empty one; give the \.BIN|pip install"),
@@ -444,7 +428,7 @@ def test_a_ulog_s_parameters_say_which_output_is_whose_and_which_is_mirrored(tmp
             0: {"timestamp": np.arange(3)} | {f"output[{c}]": np.full(3, 1500.0 + c) for c in range(n)}
         },
         px4.BATTERY: {},
-    } | {name: {} for name in px4.ASKED}
+    } | {name: {} for name in (px4.THRUST, px4.TORQUE)}
     functions = {f"PWM_MAIN_FUNC{n - i}": px4.FIRST_MOTOR + i for i in range(n)}
     own = sum(1 << (n - 1 - i) for i, esc in enumerate(VEHICLE.esc) if esc.reversed)
     found = px4._outputs(tmp_path, VEHICLE, sets, functions | {"PWM_MAIN_REV": own}, "")

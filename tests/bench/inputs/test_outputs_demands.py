@@ -11,6 +11,7 @@ from click.testing import CliRunner
 from alloc import AllocError, load_vehicle
 from alloc.vehicle.frame import turned
 from bench.__main__ import cli
+from bench.inputs.demand_csv import csv_text
 from bench.inputs.logs import read_log
 from bench.inputs.outputs import read_outputs
 from tests.output_logs import write_bin, write_outputs_ulog
@@ -38,24 +39,20 @@ def with_demands(folder: Path, axes: str, comment: str = "") -> Path:
     return file
 
 
-def test_demands_named_as_in_ros_are_doubted_as_in_a_log_of_demands_until_a_frame_is_said(
-    tmp_path: Path,
-) -> None:
-    """The undone part had the wrong sign along y and z, and --frame was refused."""
+def test_demands_named_as_in_ros_are_refused_until_a_frame_is_given(tmp_path: Path) -> None:
+    """What was undone had the wrong sign along y and z, and --frame was refused."""
     ros = "force.x,force.y,force.z,torque.x,torque.y,torque.z"
     file = with_demands(tmp_path, ros)
-    assert read_outputs(file, VEHICLE).doubt == read_log(file, VEHICLE.dof).doubt != ""
+    with pytest.raises(AllocError, match=r"'force.y' is named as in ROS, where z is up"):
+        read_outputs(file, VEHICLE)
     for frame, taus in (("flu", [2, -2, -2, 2, -2, -2]), ("frd", [2] * 6)):
         told = read_outputs(file, VEHICLE, frame=frame)
         assert told.taus is not None
         assert (told.taus.tolist(), told.doubt) == ([taus], "")
         assert f"frame {frame} (--frame)" in told.said
-    assert read_outputs(with_demands(tmp_path, ros, "# frame: flu\n"), VEHICLE).doubt == ""
-    assert read_outputs(with_demands(tmp_path, ",".join(VEHICLE.dof)), VEHICLE).doubt == ""
+    assert "its comment" in read_outputs(with_demands(tmp_path, ros, "# frame: flu\n"), VEHICLE).said
     command = ["demands", str(with_demands(tmp_path, ros)), "--vehicle", VEHICLE.name, "--from-outputs"]
-    assert "is named as in ROS" in CliRunner().invoke(cli, command, standalone_mode=False).stderr
     told_so = CliRunner().invoke(cli, [*command, "--frame", "flu"], standalone_mode=False)
-    assert "named as in ROS" not in told_so.stderr
     assert "frame flu (--frame)" in told_so.stderr
 
 
@@ -79,7 +76,7 @@ def test_rows_of_logs_that_were_merged_have_commands_a_demand_or_both(none: str,
 
 
 def test_commands_and_demands_that_share_no_row_are_said_to(tmp_path: Path) -> None:
-    """A log with demands in every other row was said to have none."""
+    """That the log had no demands was said of one that had some in every other row."""
     file = tmp_path / "joined.csv"
     rows = ["0,,,,,,,,,10,5", "1,1600,1600,1600,1600,1600,1600,1600,1600,,", "2,,,,,,,,,11,5"]
     file.write_text("\n".join(["t,u0,u1,u2,u3,u4,u5,u6,u7,surge,yaw", *rows]))
@@ -92,7 +89,7 @@ def test_a_row_without_the_battery_s_voltage_says_how_to_fill_it_in(tmp_path: Pa
     file = tmp_path / "merged.csv"
     for none in ("", "NaN"):
         file.write_text(f"surge,sway,heave,roll,pitch,yaw,volts\n1,2,3,0,0,1,16\n1,2,3,0,0,1,{none}\n")
-        with pytest.raises(AllocError, match=r"line 3: volts is .*; use the previous row's voltage"):
+        with pytest.raises(AllocError, match=r"line 3: volts is .*; use the previous row's"):
             read_log(file, VEHICLE.dof)
 
 
@@ -101,9 +98,9 @@ def test_a_frame_of_a_log_without_demands_and_one_that_is_none_are_refused(tmp_p
     file.write_text("u0,u1,u2,u3,u4,u5,u6,u7\n" + "1500," * 7 + "1500\n")
     with pytest.raises(AllocError, match="has no demands that could be in a frame; leave out --frame flu"):
         read_outputs(file, VEHICLE, frame="flu")
-    with pytest.raises(AllocError, match="its comment says frame enu; give --frame frd or flu"):
+    with pytest.raises(AllocError, match="its comment states frame enu, expected frd or flu"):
         read_outputs(with_demands(tmp_path, "surge", "# frame: enu\n"), VEHICLE)
-    with pytest.raises(AllocError, match="line 1: '# NED' may say a frame, but not in a form that is read"):
+    with pytest.raises(AllocError, match="line 1: '# NED' may state a frame, expected"):
         read_outputs(with_demands(tmp_path, "surge", "# NED\n"), VEHICLE)
 
 
@@ -126,3 +123,20 @@ def test_demands_of_an_autopilot_are_turned_into_the_vehicle_s_frame_with_a_word
     assert flu.taus is not None
     np.testing.assert_array_equal(turned(frd.taus.T, VEHICLE.dof).T, flu.taus)
     assert "turned into the vehicle's flu" in flu.said
+
+
+def test_a_scale_counts_beside_commands_and_is_refused_without_demands(tmp_path: Path) -> None:
+    command = ("demands", "--vehicle", VEHICLE.name, "--from-outputs")
+    undone = []
+    for factor in (1.0, 40.0):
+        header = [*VEHICLE.dof, *(f"u{i}" for i in range(8))]
+        rows = np.column_stack([0.2 * 40 / factor * SHARES, REST]).tolist()
+        file = tmp_path / f"{factor:g}.csv"
+        file.write_text(csv_text(header, rows))
+        done = CliRunner().invoke(cli, [*command, str(file), "--scale", f"{factor:g}"], standalone_mode=False)
+        undone.append(done.stdout.partition("undone")[2].splitlines()[0])
+    assert undone[0] == undone[1]
+    bare = tmp_path / "u.csv"
+    bare.write_text(csv_text([f"u{i}" for i in range(8)], REST.tolist()))
+    done = CliRunner().invoke(cli, [*command, str(bare), "--scale", "2"], standalone_mode=False)
+    assert "has no demands that could be scaled; leave out --scale" in str(done.exception)

@@ -1,10 +1,6 @@
-"""Logs of what went to the ESCs. Each module here reads one kind of log.
+"""Logs of what went to the ESCs: tables with u0, u1, …, and kinds of logs that have ``read_outputs``."""
 
-A module has ``SUFFIXES`` of the files it reads and ``read(path, vehicle) -> Outputs``, whose demands are in
-the log's frame; ``COLUMNS`` where ``read`` also takes names of columns, ``TOPIC`` where it takes a topic.
-"""
-
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,9 +9,15 @@ import numpy as np
 from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
-from bench.inputs.by_suffix import reader
-from bench.inputs.frames import doubted, frame_of, met
-from bench.inputs.units import TIME
+from alloc.vehicle.geometry import MOMENTS
+from bench.inputs.columns import TIME, VOLTS, WRENCHES, assign, columns_option, understood, wrenches_of
+from bench.inputs.demand_csv import read_rows, times
+from bench.inputs.frames import Stated, in_frame, of_table
+from bench.inputs.log_files import reader
+from bench.inputs.log_limits import limit_columns
+from bench.inputs.table import TABLES, is_blank, read_table
+
+UNPOWERED = "; no voltage was measured, that of 'esc' is taken"
 
 
 class Outputs(NamedTuple):
@@ -30,11 +32,8 @@ class Outputs(NamedTuple):
         what the vehicle can do where ``shares`` says so; NaN on axes, or None, of which the log says nothing
     shares : whether ``taus`` are shares, 1 for what the vehicle can do both ways on an axis
     said : how the log was understood, in a line
-    frame, why : the frame that the log says of the demands, else empty, and where it says so
-    framed : what may be wrong about that, in a line, which --frame settles; empty for nothing
-    named : names of the demands' columns
-    with_unit : quantities whose unit the log or the user says, so that no other one is guessed
-    doubt : what else may be wrong, in a line; empty for nothing
+    stated : the frame that the log states of the demands
+    doubt : what may be wrong, in a line; empty for nothing
     """
 
     t: FloatArray | None
@@ -43,15 +42,8 @@ class Outputs(NamedTuple):
     taus: FloatArray | None = None
     shares: bool = False
     said: str = ""
-    frame: str = ""
-    why: str = ""
-    framed: str = ""
-    named: tuple[str, ...] = ()
-    with_unit: Set[str] = frozenset({TIME})
+    stated: Stated = Stated()
     doubt: str = ""
-
-
-UNPOWERED = "; no voltage was measured, that of 'esc' is taken"
 
 
 def read_outputs(
@@ -63,16 +55,18 @@ def read_outputs(
 ) -> Outputs:
     """Outputs in a log; a pulse of 0, which is none, counts as neutral.
 
-    The user may say the ``columns`` of a table, the ``frame`` of the demands, and as ``topic`` which instance
-    of a ULog's outputs is which bank. Raises FileError, DemandError or NotInstalled.
+    The user may give the ``columns`` of a table, the ``frame`` of the demands, and as ``topic`` which
+    instance of a ULog's outputs is which bank. Raises FileError, DemandError or NotInstalled.
     """
-    module = reader(__name__, path, "log of outputs")
-    if columns and not getattr(module, "COLUMNS", False):
+    is_table = not path.is_dir() and path.suffix.lower() in TABLES
+    module = None if is_table else reader(path, "read_outputs", "log of outputs")
+    if columns and module:
         raise DemandError(f"{path}: has no columns; --columns is for tables, leave it out")
     if topic and not getattr(module, "TOPIC", False):
         raise DemandError(f"{path}: has no instances to choose of; --topic is for ULogs, leave it out")
-    more = filter(None, (columns, topic))  # no module takes both
-    outputs: Outputs = module.read(path, vehicle, *more)
+    outputs = (
+        module.read_outputs(path, vehicle, topic) if module else _read_table(path, vehicle, columns or {})
+    )
     if not len(outputs.u):
         raise DemandError(f"{path}: holds no outputs; log them")
     bad = np.flatnonzero(~np.isfinite(outputs.u).all(axis=1))
@@ -81,27 +75,73 @@ def read_outputs(
     # An ESC whose range lies beyond 0 gets no pulse then.
     silent = [not esc.low <= 0 <= esc.high for esc in vehicle.esc]
     neutral = [esc.neutral for esc in vehicle.esc]
-    beyond = _beyond(path, outputs.u, vehicle)
-    outputs = outputs._replace(u=np.where((outputs.u == 0) & silent, neutral, outputs.u))
-    outputs = _turned(path, outputs, vehicle, frame)
-    outputs = outputs._replace(doubt="; ".join(filter(None, (outputs.doubt, beyond))))
+    doubt = "; ".join(filter(None, (outputs.doubt, _beyond(path, outputs.u, vehicle))))
+    outputs = outputs._replace(u=np.where((outputs.u == 0) & silent, neutral, outputs.u), doubt=doubt)
+    if outputs.taus is not None:
+        taus, turning = in_frame(path, outputs.taus, vehicle.dof, outputs.stated, frame, vehicle.frame)
+        outputs = outputs._replace(taus=taus, said=f"{outputs.said}; {turning}")
+    elif frame:
+        raise DemandError(f"{path}: has no demands that could be in a frame; leave out --frame {frame}")
+    if outputs.volts is not None:
+        return _powered(outputs, outputs.volts)
     several = any(len(esc.volts) > 1 for esc in vehicle.esc)
-    if outputs.volts is None:
-        return outputs._replace(said=outputs.said + UNPOWERED) if several else outputs
-    return _powered(outputs, outputs.volts)
+    return outputs._replace(said=outputs.said + UNPOWERED) if several else outputs
 
 
-def _turned(path: Path, outputs: Outputs, vehicle: Vehicle, told: str) -> Outputs:
-    """The outputs with their demands in the vehicle's frame, and what is said and doubted of that."""
-    if outputs.taus is None:
-        if told:
-            raise DemandError(f"{path}: has no demands that could be in a frame; leave out --frame {told}")
-        return outputs
-    given, why = frame_of(path, told, outputs.frame, outputs.why, vehicle.frame, outputs.named)
-    taus, turning = met(outputs.taus, vehicle.dof, given, why, vehicle.frame)
-    framed = doubted(path, told, outputs.frame, outputs.framed, outputs.named, vehicle.frame)
-    doubt = "; ".join(filter(None, (framed, outputs.doubt)))
-    return outputs._replace(taus=taus, said=f"{outputs.said}; {turning}", doubt=doubt)
+def _read_table(path: Path, vehicle: Vehicle, given: Mapping[str, str]) -> Outputs:
+    """Columns ``u0``, ``u1``, … and, where there are such, times, ``volts`` and demands, named as in any log.
+
+    A row whose cells of demands are all empty, or NaN, has commands and no demand; one without commands is
+    left out. Moments without a force are more often an attitude, and taken where ``given`` names them only.
+    """
+    table = read_table(path)
+    names = [f"u{i}" for i in range(vehicle.n)]
+    if missing := [name for name in names if table.header.count(name) != 1]:
+        raise DemandError(
+            f"{table.place}: no one column {missing[0]!r}; give {names[0]} … {names[-1]}, one a thruster"
+        )
+    found = assign(table.place, table.header, table.units, vehicle.dof, given, every=False)
+    axes = [axis for axis in vehicle.dof if axis in found]
+    angles = [axis for axis in axes if axis not in given and not found[axis].unit]
+    if not {*axes} <= {*MOMENTS} or wrenches_of(found[axis].name for axis in angles) - {WRENCHES[0]}:
+        angles = []
+    angled = {axis: found.pop(axis).name for axis in angles}
+    axes = [axis for axis in axes if axis not in angles]
+    limits = limit_columns(table.place, table.header, table.units, given=given, found=found)
+    volts = {name: column for name, column in limits.items() if name == VOLTS}
+    commands = [table.header.index(name) for name in names]
+    used = dict(zip(names, commands, strict=True))
+    used |= {name: column.place for name, column in (volts | found).items()}
+    values, lines, blank, cells = read_rows(table, used, found.get(TIME), commands, axes)
+    demands = [found[axis].place for axis in axes]
+    alone = sum(
+        is_blank(row[i] for i in commands) and not is_blank(row[i] for i in demands) for _, row in table.rows
+    )
+    also = {*commands, *(place for place in cells if cells[place])}
+    said = understood(path.name, table.header, found, volts, also) or path.name
+    said += f"{';' if ': ' in said else ':'} {names[0]} … {names[-1]} are the commands"
+    if blank:
+        said += f"; {blank} rows without commands"
+    if alone:
+        said += f", {alone} of them with demands, which are not compared: fill commands forward"
+    if angled:
+        said += f"; {', '.join(angled.values())} without a force may be attitude"
+        said += f"; {columns_option(angled)} if N m"
+    return Outputs(
+        times(table, found.get(TIME), values, lines),
+        np.column_stack([values[name] for name in names]),
+        values[VOLTS] * volts[VOLTS].factor if volts else None,
+        _demands(vehicle.dof, {axis: values[axis] * found[axis].factor for axis in axes}) if axes else None,
+        said=said,
+        shares=any(wrench.shares for wrench in wrenches_of(found[axis].name for axis in axes)),
+        stated=of_table(table.text, table.header, cells, [found[axis].name for axis in axes]),
+    )
+
+
+def _demands(dof: Sequence[str], values: Mapping[str, FloatArray]) -> FloatArray:
+    """Demands (N, k) by axis, NaN on axes that have none."""
+    none = np.full(len(next(iter(values.values()))), np.nan)
+    return np.column_stack([values.get(axis, none) for axis in dof])
 
 
 def _beyond(path: Path, u: FloatArray, vehicle: Vehicle) -> str:

@@ -19,9 +19,9 @@ import numpy as np
 from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError, FileError, NotInstalled
+from bench.inputs.frames import Stated
+from bench.inputs.log_files import DAMAGED, in_order, parsing
 from bench.inputs.outputs import Outputs, battery, held, joined, mirrored, motor_channels
-from bench.inputs.parsers import DAMAGED, parsing
-from bench.inputs.time_order import in_order
 
 SUFFIXES = (".bin",)
 MOTORS = (*range(33, 41), *range(82, 86), *range(160, 180))
@@ -36,7 +36,7 @@ LARGEST = 2_000_000_000
 """Most bytes that are read; the bound is there for a file that grows while it is read."""
 
 
-def read(path: Path, vehicle: Vehicle) -> Outputs:
+def read_outputs(path: Path, vehicle: Vehicle, _: str = "") -> Outputs:
     """The outputs of a vehicle's motors, motor 1 first."""
     try:
         from pymavlink.DFReader import DFReader_binary
@@ -67,7 +67,7 @@ def read(path: Path, vehicle: Vehicle) -> Outputs:
                         getattr(log, part).close()
         outputs = _outputs(path, vehicle, rows)
         damaged = "bad header" in remarks.getvalue().lower()
-        return outputs._replace(said=outputs.said + DAMAGED) if damaged else outputs
+        return outputs._replace(said=f"{outputs.said}; {DAMAGED}") if damaged else outputs
 
 
 def _check_formats(path: Path) -> None:
@@ -134,8 +134,7 @@ def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]
         taus,
         shares=True,
         said=said,
-        frame="frd",
-        why="as ArduPilot has it",
+        stated=Stated("frd", "as ArduPilot has it"),
         doubt="; ".join(filter(None, (mirrored(path, vehicle, ways, "MOT_n_DIRECTION"), of_volts))),
     )
 
