@@ -12,7 +12,7 @@ from alloc import Allocation, Label, Status, Vehicle, build
 from alloc.allocation import FloatArray, StatusArray
 from bench.gate.answers import SideAnswers
 from bench.gate.side import Refused
-from bench.gate.worker import Orders
+from bench.gate.worker import Built, Orders
 from bench.judging.question import Question
 
 
@@ -52,8 +52,12 @@ class Here:
         self.orders = Orders()
         self.promises = {"formulation": "priority", "limited": True, "tolerance": 1e-9}
         self.orders.alloc = alloc
-        self.orders.allocators["cell"] = spoilt
-        self.orders.own["cell"] = vehicle.f_min, vehicle.f_max
+        self.vehicle = vehicle
+        self.answers_by(spoilt)
+
+    def answers_by(self, allocate: Any) -> None:
+        """Have that allocator answer."""
+        self.orders.built["cell"] = Built(allocate, (self.vehicle.f_min, self.vehicle.f_max))
 
     def ask(self, order: str, **given: Any) -> Any:
         """Carry an order out."""
@@ -75,10 +79,11 @@ class Whole:
             reply = getattr(self.orders, order)(**given)
             if order == "build":
                 cell = given["cell"]
-                made = self.spoilt(self.orders.allocators[cell])
-                self.orders.allocators[cell] = made
+                built = self.orders.built[cell]
+                made = built._replace(allocate=self.spoilt(built.allocate))
+                self.orders.built[cell] = made
                 if not given.get("weaker") and "numbers" not in given:
-                    self.orders.early[cell] = self.orders.early[cell]._replace(allocate=made)
+                    self.orders.early[cell] = made
         except Exception as error:
             raise Refused(f"{type(error).__name__}: {error}", type(error).__name__) from error
         return reply

@@ -38,7 +38,7 @@ FILE = click.Path(dir_okay=False, path_type=Path)  # it may be in the two sides 
 )
 @click.option("--instructions/--no-instructions", default=True, help="Count them where valgrind is there.")
 @click.option("--always", is_flag=True, help="Measure even where nothing that can matter differs.")
-@click.option("--markdown", type=PATH, help="Write the report into this file too.")
+@click.option("--markdown", "markdown_file", type=PATH, help="Write the report into this file too.")
 @click.option("--json", "json_file", type=PATH, help="Write verdict and record here.")
 def command(
     base: str | None,
@@ -54,7 +54,7 @@ def command(
     vehicles: tuple[str, ...],
     instructions: bool,
     always: bool,
-    markdown: Path | None,
+    markdown_file: Path | None,
     json_file: Path | None,
 ) -> int:
     """Did HEAD get slower than BASE, or wrong? Exit code 1 says yes.
@@ -67,11 +67,10 @@ def command(
     from alloc.errors import UnknownName
     from alloc.files.textfile import write_text
     from alloc.vehicle.file import find_file
-    from bench.gate import render, trees
-    from bench.gate.cells import DEFAULT_CELLS, METHODS, VEHICLES, among
-    from bench.gate.record import GateSettings
+    from bench.gate import trees
+    from bench.gate.record import DEFAULT_CELLS, METHODS, VEHICLES, GateSettings, among
     from bench.gate.run import gate
-    from bench.gate.verdict import verdict
+    from bench.gate.verdict import as_json, markdown, verdict
 
     if bool(base) == bool(base_path):
         raise click.UsageError("give BASE or --base-path, one of them")
@@ -105,9 +104,9 @@ def command(
         tell=lambda what: echo(what, err=True),
     )
     result = verdict(record)
-    echo(render.markdown(record, result, folded=False), nl=False)
-    if markdown:
-        write_text(markdown, render.markdown(record, result))
+    echo(markdown(record, result, folded=False), nl=False)
+    if markdown_file:
+        write_text(markdown_file, markdown(record, result))
     if json_file:
-        write_text(json_file, render.as_json(record, result))
+        write_text(json_file, as_json(record, result))
     return int(result.outcome)

@@ -14,11 +14,10 @@ from alloc.live.plain import ANY_DISTANCE
 from alloc.vehicle.model import ARRAYS
 from bench.demands import DemandSet
 from bench.demands.store import Case
-from bench.gate.cells import names
-from bench.gate.given import farthest, packed, unpacked
-from bench.gate.prober import Prober
+from bench.gate.contract import farthest
 from bench.gate.record import GateCell
-from bench.gate.side import Died, Refused
+from bench.gate.side import Died, Prober, Refused
+from bench.gate.worker import packed, unpacked
 from bench.judging.faults import faults, measured, stacked
 from bench.judging.judge import judge
 from bench.judging.question import Question, checked_promises
@@ -70,7 +69,7 @@ def answered(side: Prober, cell: GateCell, question: Question) -> SideAnswers:
     Thrusts of ``many`` are compared with those of single calls on the cell's own vehicle only: on the nearly
     symmetric one (``bench.gate.asked.nearly_symmetric``) rounding decides how far they lie apart.
     """
-    vehicle, build = question.demands.vehicle, names(cell) | state(question.demands.vehicle)
+    vehicle, build = question.demands.vehicle, cell.names | state(question.demands.vehicle)
     own = build["vehicle"] == cell.vehicle
     if not own:
         build["numbers"] = {"dof": vehicle.dof, "priority": vehicle.priority} | {

@@ -1,8 +1,15 @@
-"""The record of a gate: every fact that its verdict is made from, as plain values."""
+"""Record of a gate: its cells, and every fact that its verdict is made from, as plain values."""
 
+import fnmatch
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
+from glob import escape
 from typing import Any
 
 import msgspec
+import numpy as np
+
+from alloc.errors import UnknownName
 
 SCHEMA = 1
 
@@ -70,6 +77,16 @@ class GateCell(msgspec.Struct, omit_defaults=True, kw_only=True):
         return f"{self.vehicle}:{self.method}:{self.start}"
 
     @property
+    def names(self) -> dict[str, Any]:
+        """Names by which a worker builds the cell."""
+        return {"vehicle": self.vehicle, "method": self.method, "start": self.start}
+
+    def note(self, base: str, head: str) -> None:
+        """Keep the first error of each side, and of head where base makes none."""
+        self.base_wrong, self.head_wrong = self.base_wrong or base, self.head_wrong or head
+        self.turned_wrong = self.turned_wrong or ("" if base else head)
+
+    @property
     def is_control(self) -> bool:
         """True if it is one of the cells that no commit can change."""
         return self.vehicle == CONTROL
@@ -105,3 +122,62 @@ class GateRecord(msgspec.Struct, kw_only=True):
     cut: str = ""
     notes: list[str] = []
     seconds: dict[str, float] = {}
+
+
+VEHICLES = ("ukwial", "bluerov2-heavy")
+
+METHODS = (
+    *("pinv", "svd", "walsh", "nullspace", "nullspace@native"),
+    *("clip", "shrink", "redistribute", "qp/daqp:reused", "qp/piqp:reused"),
+)
+DEFAULT_CELLS = tuple(f"{vehicle}:{method}" for vehicle in VEHICLES for method in METHODS)
+"""Closed forms, the exact method, practical rules and QP paths, on four thrusters and on eight."""
+
+NEAR = 8
+"""Most cells that a refusal names."""
+
+Demands = Mapping[str, list[list[float]]]
+"""By vehicle, the demands (N, k) [N, N m] that its cells are timed with."""
+
+CONTROL_DEMANDS: list[list[float]] = np.linspace(-1.0, 1.0, 180).reshape(30, 6).tolist()
+
+
+def chosen(cells: Sequence[Sequence[str]], patterns: Sequence[str]) -> list[GateCell]:
+    """The cells whose name ``vehicle:method:start`` fits a shell pattern; the start may be left out."""
+    named = [GateCell(vehicle=vehicle, method=method, start=start) for vehicle, method, start in cells]
+    either = [pattern for each in patterns for pattern in (each, f"{each}:*")]
+    return [cell for cell in named if any(fnmatch.fnmatchcase(cell.name, each) for each in either)]
+
+
+def unmatched(cells: Sequence[Sequence[str]], pattern: str) -> str:
+    """The refusal of a pattern that fits no cell, with cells of its method, else like it, or all."""
+    vehicle, method, *_ = *pattern.split(":"), ""
+    names = list(dict.fromkeys(cell.name for cell in chosen(cells, ["*"])))
+    of_method = [f"{vehicle}:{method or '*'}", f"*:{method or vehicle}"]
+    fitting = ([cell.name for cell in chosen(cells, [asked])] for asked in of_method)
+    close = get_close_matches(pattern, names, n=3, cutoff=0.8)
+    of_vehicle = [cell.name for cell in chosen(cells, [f"{vehicle}:*"])]
+    near = list(dict.fromkeys(next(filter(None, (*fitting, close, of_vehicle, names)), ["none"])))
+    more = f" and {len(near) - NEAR} more" if len(near) > NEAR else ""
+    return f"no cell of either side fits {pattern}; there are {', '.join(near[:NEAR])}{more}"
+
+
+def among(vehicles: Sequence[str], patterns: Sequence[str]) -> list[str]:
+    """The patterns, for cells of these vehicles alone; raises UnknownName for one that is for another."""
+    found = []
+    for pattern in patterns:
+        vehicle, _, rest = pattern.partition(":")
+        fitting = [name for name in vehicles if fnmatch.fnmatchcase(name, vehicle)]
+        if not fitting:
+            named = " --vehicle ".join(vehicles)
+            raise UnknownName(
+                f"--cells {pattern}: is for none of --vehicle {named}; leave one of the two out, or write"
+                " '*:METHOD'"
+            )
+        found += [f"{escape(name)}:{rest or '*'}" for name in fitting]
+    return found
+
+
+def controls() -> list[GateCell]:
+    """The cells that no commit can change: a numpy product and a loop in Python."""
+    return [GateCell(vehicle=CONTROL, method=method) for method in ("product", "loop")]

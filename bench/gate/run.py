@@ -12,13 +12,11 @@ from pathlib import Path
 from time import monotonic
 from types import MappingProxyType
 
-from bench.gate import environments, trees
-from bench.gate.cells import DEFAULT_CELLS, Demands, load
+from bench.gate import trees
 from bench.gate.examine import examine
-from bench.gate.prober import Prober
-from bench.gate.record import GateCell, GateRecord, GateSettings
-from bench.gate.side import Died, Refused, Side, SourceTree
-from bench.gate.trees import BASE, HEAD, BadTree, Source
+from bench.gate.record import DEFAULT_CELLS, Demands, GateCell, GateRecord, GateSettings
+from bench.gate.side import Died, Prober, Refused, Side
+from bench.gate.trees import BASE, HEAD, BadTree, Source, SourceTree
 from bench.gate.verdict import Outcome, has_moved, in_both, is_suspect, row, trips, verdict
 from bench.harness import machine
 from bench.harness.timing import CALLGRIND, instruction_totals
@@ -82,6 +80,18 @@ def _ready(
         side.close()
         raise
     return side
+
+
+def load(side: Side, cells: Sequence[GateCell], demands: Demands, core: int | None) -> None:
+    """Build the cells in a fresh process, hand over their demands, and pin the process to a core."""
+    for cell in cells:
+        if cell.is_control:
+            side.ask("control", cell=cell.name, kind=cell.method)
+        else:
+            side.ask("build", cell=cell.name, **cell.names)
+    for vehicle in {cell.vehicle: None for cell in cells}:
+        side.ask("keep", vehicle=vehicle, taus=demands[vehicle])
+    side.ask("settle", core=core)
 
 
 ROUNDS = 2
@@ -200,16 +210,16 @@ def gate(
         ]
         # A plug-in in a folder may read what lies outside of it, which a commit's can't.
         looks_out = users and not (base.commit and head.commit)
-        record.unchanged = "" if always or looks_out else environments.unchanged(*both)
+        record.unchanged = "" if always or looks_out else trees.unchanged(*both)
         if not record.unchanged:
-            if not users and environments.requirements(base_tree) != environments.requirements(head_tree):
+            if not users and trees.requirements(base_tree) != trees.requirements(head_tree):
                 tell("environments: the requirements differ, so each side gets its own")
                 record.notes.append(
                     "the requirements differ: each side was measured in an environment of its own"
                 )
             if not users:
                 with _stage(record, "prepare"):
-                    both = environments.prepare(*both, Path(folder) / "environments")
+                    both = trees.prepare(*both, Path(folder) / "environments")
             compare(record, both, patterns, count=count, tell=tell)
     record.seconds["all"] = monotonic() - started
     return record

@@ -1,14 +1,16 @@
-"""Two trees in folders of equal path length, taken from commits or from folders."""
+"""Two trees in folders of equal path length, from commits or folders, each with its interpreter."""
 
+import hashlib
 import os
 import re
 import shutil
 import subprocess
-import tempfile
+import sys
+import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import alloc
 from alloc import AllocError
@@ -26,12 +28,16 @@ PLACES = (
     "GIT_IMPLICIT_WORK_TREE",
     "GIT_INDEX_FILE",
     "GIT_PREFIX",
+    "GIT_QUARANTINE_PATH",
 )
 """What git tells a hook of its repository, and would believe of any other folder that it is asked in.
 
 Others of ``git rev-parse --local-env-vars`` stay: a hook of a push finds the commits by GIT_OBJECT_DIRECTORY,
-and GIT_CONFIG_COUNT may say which folders are safe.
+and GIT_CONFIG_COUNT may say which folders are safe. In quarantine, until a hook of a push has agreed, git
+would refuse a work tree.
 """
+OURS = ("-c", "core.hooksPath=/dev/null", "-c", "core.sparseCheckout=false")
+"""Settings of git under which a work tree is whole, and no hook of the user's runs in it."""
 BASE, HEAD = "base", "head"
 """The folders' names: equally long, because a path's length shifts a process's memory layout."""
 
@@ -55,6 +61,25 @@ class Source(NamedTuple):
     path: Path
     commit: str = ""
     start: Path = Path()
+
+
+class SourceTree(NamedTuple):
+    """One side, ready to run.
+
+    Attributes
+    ----------
+    path : the folder that holds ``alloc``
+    python : the interpreter that runs it
+    plugins : files with users' own methods, as this side has them
+    vehicles : files of users' own vehicles, by what their cells are called; the same on both sides
+    source : the user's folder that the tree is a copy of; None where it is none
+    """
+
+    path: Path
+    python: str = sys.executable
+    plugins: tuple[Path, ...] = ()
+    vehicles: Mapping[str, str] = MappingProxyType({})
+    source: Path | None = None
 
 
 def revision(repository: Path, name: str) -> Source:
@@ -134,14 +159,16 @@ def _inside(source: Source, file: Path) -> list[Path]:
 
 def _extract(source: Source, into: Path) -> None:
     """Put a commit's files, those of its submodules too, into the new folder ``into``."""
-    into.mkdir(parents=True, exist_ok=True)
-    # `git archive` would leave out what .gitattributes marks export-ignore, and a change of it would pass.
-    tree = f"{source.commit}:{_git(source.path, 'rev-parse', '--show-prefix')}"
-    with tempfile.TemporaryDirectory() as folder:
-        own_index = {"GIT_INDEX_FILE": f"{folder}/index"}
-        _git(source.path, "read-tree", "--no-sparse-checkout", tree, environment=own_index)
-        _git(source.path, f"--work-tree={into.resolve()}", "checkout-index", "--all", environment=own_index)
-    for entry in _git(source.path, "ls-tree", "-r", "-z", tree).split("\0"):
+    prefix = _git(source.path, "rev-parse", "--show-prefix")
+    whole = into.with_name(f"{into.name}-tree") if prefix else into
+    # The work tree is git's no longer once it is there, so that nothing of it stays in the user's repository.
+    _git(source.path, *OURS, "worktree", "add", "--quiet", "--force", "--detach", str(whole), source.commit)
+    (whole / ".git").unlink()
+    _git(source.path, "worktree", "prune")
+    if prefix:
+        (whole / prefix).rename(into)
+        shutil.rmtree(whole)
+    for entry in _git(source.path, "ls-tree", "-r", "-z", f"{source.commit}:{prefix}").split("\0"):
         if found := SUBMODULE.fullmatch(entry):
             inner = source.path / found["path"]
             if not (inner / ".git").exists():
@@ -216,22 +243,106 @@ def differs(base: Source, head: Source, file: Path) -> bool:
     return bool(_git(head.path, "--literal-pathspecs", *between, str(file.relative_to(here))))
 
 
-def _git(repository: Path, *arguments: str, environment: Mapping[str, str] = MappingProxyType({})) -> str:
-    done = _run(repository, *arguments, environment=environment)
+def _git(repository: Path, *arguments: str) -> str:
+    done = _run(repository, *arguments)
     if done.returncode != 0:
         reason = (done.stderr.strip().splitlines() or ["unknown revision"])[0]
         raise BadTree(f"{repository}: git {' '.join(arguments)}: {reason}; give a revision that exists here")
     return done.stdout.strip()
 
 
-def _run(
-    repository: Path, *arguments: str, environment: Mapping[str, str] = MappingProxyType({})
-) -> subprocess.CompletedProcess[str]:
-    """Run git in that folder and with that environment, whatever repository's hook this is."""
+def _run(repository: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run git in that folder, whatever repository's hook this is."""
     own = {name: value for name, value in os.environ.items() if name not in PLACES}
     try:
-        return subprocess.run(
-            ["git", *arguments], cwd=repository, capture_output=True, text=True, env={**own, **environment}
-        )
+        return subprocess.run(["git", *arguments], cwd=repository, capture_output=True, text=True, env=own)
     except FileNotFoundError:
         raise BadTree("git is not installed; install it, or use --base-path and --head-path") from None
+
+
+def influences(tree: Path, files: Sequence[Path] = ()) -> dict[str, str]:
+    """Everything in a tree that can influence measured code: digests by file, and the requirements.
+
+    That is ``alloc``, or every file but documents where one of users' ``files`` lies there, for it may
+    import any.
+    """
+    everything = _holds(tree, files)
+    return {
+        path.relative_to(tree).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted((tree if everything else tree / "alloc").rglob("*"))
+        if path.is_file() and "__pycache__" not in path.parts and path.suffix != ".md"
+    } | ({} if everything else {"requirements": "\n".join(requirements(tree))})
+
+
+def _holds(tree: Path, files: Sequence[Path]) -> bool:
+    return any(file.is_relative_to(tree) for file in files)
+
+
+def requirements(tree: Path) -> list[str]:
+    """Packages that a tree asks for: its dependencies, solvers included, and the pinned versions.
+
+    Raises BadTree for a pyproject.toml that can't be read.
+    """
+    project = _project(tree)
+    required = sorted(project.get("dependencies", []))
+    required += sorted(project.get("optional-dependencies", {}).get("solvers", []))
+    if (tree / "constraints.txt").is_file():
+        lines = (tree / "constraints.txt").read_text(encoding="utf-8").splitlines()
+        required += sorted(filter(None, (line.partition("#")[0].strip() for line in lines)))
+    return required
+
+
+def unchanged(base: SourceTree, head: SourceTree) -> str:
+    """Reason why nothing needs to be measured; empty where something does."""
+    of_base, of_head = (influences(side.path, side.plugins) for side in (base, head))
+    if of_base != of_head:
+        return ""
+    everything = _holds(base.path, base.plugins)
+    same = "all files but documents" if everything else "alloc/ and the requirements"
+    return f"{same} are the same on both sides: nothing that differs can be measured"
+
+
+def prepare(base: SourceTree, head: SourceTree, environments: Path) -> tuple[SourceTree, SourceTree]:
+    """Both sides ready to run: compiled, each with an interpreter that has the tree's requirements."""
+    ready = []
+    pythons = interpreters(base.path, head.path, environments)
+    for side, python in zip((base, head), pythons, strict=True):
+        command = [python, "-m", "compileall", "-q", str(side.path / "alloc")]
+        subprocess.run(command, capture_output=True, check=False)  # a syntax error shows when it is imported
+        ready.append(side._replace(python=python))
+    return ready[0], ready[1]
+
+
+def interpreters(base: Path, head: Path, environments: Path) -> tuple[str, str]:
+    """Each side's interpreter: the running one where requirements are equal, else one in an environment."""
+    if requirements(base) == requirements(head):
+        return sys.executable, sys.executable
+    return _environment(base, environments / BASE), _environment(head, environments / HEAD)
+
+
+def _environment(tree: Path, at: Path) -> str:
+    dependencies = _project(tree).get("dependencies", [])
+    if not dependencies:
+        raise BadTree(
+            f"{tree.name}: says in no pyproject.toml what it requires, and the other side does; add the file"
+        )
+    python = str(at / "bin" / "python")
+    install = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    if (tree / "constraints.txt").is_file():
+        install += ["--constraint", str(tree / "constraints.txt")]
+    for command in ([sys.executable, "-m", "venv", str(at)], [*install, *dependencies]):
+        done = subprocess.run(command, capture_output=True, text=True, errors="replace")
+        if done.returncode != 0:
+            last = ((done.stderr or done.stdout).strip().splitlines() or ["no message"])[-1]
+            raise BadTree(f"{tree.name}: its requirements can't be installed ({last}); mend pyproject.toml")
+    return python
+
+
+def _project(tree: Path) -> dict[str, Any]:
+    # The table [project] of a tree's pyproject.toml, empty where there is none.
+    file = tree / "pyproject.toml"
+    try:
+        document = tomllib.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
+    except ValueError as error:  # raised by TOML and by UTF-8
+        raise BadTree(f"{tree.name}: pyproject.toml can't be read ({error}); mend it") from None
+    return dict(document.get("project", {}))

@@ -1,15 +1,17 @@
-"""Verdict of a gate, and the statistics of paired times behind it."""
+"""Verdict of a gate, the statistics of paired times behind it, and the report as Markdown and JSON."""
 
 from collections.abc import Sequence
 from enum import IntEnum
 from functools import partial
 from math import exp, isfinite, log, sqrt
 from statistics import fmean, median, stdev
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import msgspec
 
 from bench.gate.record import GateCell, GateRecord, GateSettings
 from bench.results.quantiles import CONFIDENCE
-from bench.results.text import plural
+from bench.results.text import plain, plural, table, with_code
 
 Blocks = Sequence[tuple[int, int]]
 
@@ -205,9 +207,9 @@ def has_moved(r: Standing) -> bool:
     return r.ratio.value > 1 + CONTROL_DRIFT or r.ratio.value < 1 / (1 + CONTROL_DRIFT)
 
 
-def trips(counted: tuple[float, float]) -> bool:
+def trips(counts: tuple[float, float]) -> bool:
     """True if instructions per call (base, head) grew by more than 1 %."""
-    base, head = counted
+    base, head = counts
     return head > TRIPWIRE * base
 
 
@@ -223,7 +225,7 @@ def _wrong_answer(cell: GateCell) -> str:
 
 def _heavier(cell: GateCell) -> str:
     # A single count is a suspicion. A second count, from fresh processes, confirms it.
-    if len(cell.instructions) < 2 or not all(trips(counted) for counted in cell.instructions):
+    if len(cell.instructions) < 2 or not all(map(trips, cell.instructions)):
         return ""
     base, head = cell.instructions[-1]
     return f"instructions per call {base:,.0f} → {head:,.0f} ({head / base - 1:+.1%})"
@@ -236,3 +238,91 @@ def _slow(r: Standing) -> str:
 
 def _untimed(outcome: Outcome, summary: str) -> Verdict:
     return Verdict(outcome=outcome, summary=summary, findings=[], improvements=[], rows=[])
+
+
+SIGNS = {0: "✅", 1: "❌", 3: "❔"}
+
+
+def markdown(record: GateRecord, result: Verdict, *, folded: bool = True) -> str:
+    """The verdict as a reviewer wants to read it: findings first, details folded away.
+
+    Folding takes HTML, so a terminal gets the details as they are.
+    """
+
+    def details(title: str, text: str) -> list[str]:
+        if folded:
+            return [f"<details><summary>{title}</summary>", "", text, "</details>", ""]
+        return [f"**{title}**", "", text]
+
+    lines = [
+        f"## {SIGNS[result.outcome]} Gate: {result.summary}",
+        "",
+        f"base `{record.base}` → head `{record.head}`, {_commits(record)}",
+        "",
+    ]
+    if result.findings:
+        lines.append(table(("cell", "what"), [(f"`{cell}`", what) for cell, what in result.findings]))
+    suspects = {finding.cell for finding in result.findings}
+    slow = [row for row in result.rows if row.name in suspects]
+    for title, rows in (("Suspects", slow), ("Faster", result.improvements)):
+        lines += [f"**{title}**", "", _times(rows)] if rows else []
+    lines += [f"- {with_code(note)}" for note in notes(record)] + [""] if notes(record) else []
+    if result.rows:
+        lines += details(f"All: {plural(len(result.rows), 'cell')}", _times(result.rows))
+    if record.commits:
+        lines += details("Commits", "\n".join(f"- {plain(commit)}" for commit in record.commits) + "\n")
+    where = f" on {record.machine['cpu']}" if "cpu" in record.machine else ""
+    seconds = ", ".join(f"{stage} {s:.0f} s" for stage, s in record.seconds.items() if stage != "all")
+    lines.append(f"{seconds}; {record.seconds.get('all', 0):.0f} s in all{where}." if seconds else "")
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def notes(record: GateRecord) -> list[str]:
+    """Remarks that change no verdict: the record's notes; new, mended and on both sides wrong cells."""
+    remarks = list(record.notes)
+    for cell in record.cells:
+        if cell.base_lacks:
+            remarks += [] if cell.head_lacks or cell.head_wrong else [f"new: `{cell.name}`"]
+        elif cell.base_wrong and cell.head_wrong:
+            what = cell.head_wrong
+            if cell.base_wrong != cell.head_wrong:
+                what = f"base {cell.base_wrong}; head {cell.head_wrong}"
+            remarks.append(f"wrong on both sides: `{cell.name}`: {what}")
+        elif cell.base_wrong:
+            remarks.append(f"mended: `{cell.name}`, where base had a wrong answer: {cell.base_wrong}")
+    return remarks
+
+
+def as_json(record: GateRecord, result: Verdict) -> str:
+    """The verdict and the record it was made from."""
+    summary: dict[str, Any] = {
+        "outcome": result.outcome.name.lower(),
+        "exit_code": int(result.outcome),
+        "summary": result.summary,
+        "findings": [finding._asdict() for finding in result.findings],
+        "improvements": [row.name for row in result.improvements],
+        "rows": [{**row._asdict(), "ratio": row.ratio._asdict()} for row in result.rows],
+    }
+    data = {"verdict": summary, "record": msgspec.to_builtins(record)}
+    return msgspec.json.format(msgspec.json.encode(data), indent=1).decode() + "\n"
+
+
+def _times(rows: Sequence[Standing]) -> str:
+    headers = ("cell", "base [µs]", "head [µs]", "head/base", "95 % interval", "instructions")
+    lines = [
+        (
+            f"`{row.name}`",
+            f"{row.base_us:.3f}",
+            f"{row.head_us:.3f}",
+            f"{row.ratio.value:.3f}",
+            f"{row.ratio.lower:.3f} … {row.ratio.upper:.3f}",
+            f"{row.instructions - 1:+.2%}" if row.instructions else "–",
+        )
+        for row in rows
+    ]
+    return table(headers, lines)
+
+
+def _commits(record: GateRecord) -> str:
+    n = len(record.commits)
+    return f"{plural(n, 'commit')} between them" if n else "two trees"

@@ -1,8 +1,8 @@
 """The measured process: a script that imports ``alloc`` from a given tree and carries out orders.
 
-Orders come as JSON lines on stdin, replies go out as JSON lines. The script uses nothing but the public
-contract (``load_vehicle``, ``catalogue``, ``build``), so that any revision can be measured. Both sides run
-this same file: only ``alloc`` differs.
+Orders come as JSON lines on stdin; replies go as JSON lines through a pipe: ``python worker.py FD``. The
+script uses nothing but the public contract (``load_vehicle``, ``catalogue``, ``build``), so that any revision
+can be measured; the harness's own worker needs this revision's ``alloc``. Both sides run this same file.
 """
 
 import gc
@@ -11,24 +11,47 @@ import importlib.util
 import json
 import os
 import sys
-from collections.abc import Sequence
+from base64 import b64decode, b64encode
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cache
+from importlib.metadata import distributions
 from pathlib import Path
 from time import monotonic, thread_time_ns
 from typing import Any, NamedTuple
+from urllib.parse import urlsplit
+from urllib.request import url2pathname
+
+import numpy as np
 
 LOOP = range(40)
 """Turns of the control cell in pure Python: about 1 µs, as long as the cells that are timed beside it."""
 
+NOT_CONVERGED = 3
+"""The status that stands for a call that raised; the number of ``alloc.Status``."""
+
+LOTS = (slice(None), slice(1, 2), slice(1, 11))
+"""Lots that ``many`` is asked: all demands at once, and short ones; the first demand asks for nothing."""
+
 Packed = dict[str, Any]
-"""An array as ``given.packed`` makes it."""
+"""An array in JSON: its shape, and its numbers as bytes of doubles in base 64; text would take a second."""
 
 LEVELS = ("priority", "groups")
 ARRAYS = ("T", "H", "f_min", "f_max", "readiness", "slack_weights")
 
 
-def beside(name: str) -> Any:
+def packed(array: Any) -> Packed:
+    """The array as JSON can hold it; raises TypeError for complex numbers."""
+    real = array.astype("<f8", casting="same_kind")
+    return {"shape": list(real.shape), "bytes": b64encode(real.tobytes()).decode()}
+
+
+def unpacked(array: Packed) -> Any:
+    """The array of what ``packed`` made."""
+    return np.frombuffer(b64decode(array["bytes"]), dtype="<f8").reshape(array["shape"]).copy()
+
+
+def _beside(name: str) -> Any:
     """The module of that name in this file's folder, which is on no path: the tree may have another."""
     spec = importlib.util.spec_from_file_location(f"gate_{name}", Path(__file__).with_name(f"{name}.py"))
     if spec is None or spec.loader is None:
@@ -38,7 +61,126 @@ def beside(name: str) -> Any:
     return module
 
 
-given, forms, origins = map(beside, ("given", "forms", "origins"))
+contract = _beside("contract")
+
+
+class Answers:
+    """Answers of an allocator as they come, in a form that JSON can hold.
+
+    Attributes
+    ----------
+    F, status, shares : of each answer; a row of NaN where its thrusts are no (n,) array of numbers
+    raised : which calls raised, with what
+    odd : which answers hold no such array
+    """
+
+    def __init__(self, n: int) -> None:
+        """Start without an answer."""
+        self._nothing = [float("nan")] * n
+        self.F: list[Any] = []
+        self.status: list[int] = []
+        self.shares: list[list[float]] = []
+        self.raised: list[tuple[int, str]] = []
+        self.odd: list[int] = []
+        self.first_error: Exception = RuntimeError("no demand was asked")
+
+    def add(self, answer: Any) -> None:
+        """Append an answer; raises what reading something else raises."""
+        f, status = answer[0], int(answer[1])
+        # A user's plug-in, and an older tree, may give no shares.
+        shares = list(map(float, answer[4])) if len(answer) > 4 else []
+        if getattr(f, "shape", ()) != (len(self._nothing),) or f.dtype.kind not in "fiu":
+            self.odd.append(len(self.status))
+            f = self._nothing
+        self._append(f, status, shares)
+
+    def add_raised(self, error: Exception) -> None:
+        """Append what a call raised in place of an answer."""
+        if not self.raised:
+            self.first_error = error
+        self.raised.append((len(self.status), f"{type(error).__name__}: {error}"))
+        self._append(self._nothing, NOT_CONVERGED, [])
+
+    def _append(self, f: Any, status: int, shares: list[float]) -> None:
+        self.F.append(f)
+        self.status.append(status)
+        self.shares.append(shares)
+
+    def reply(self) -> dict[str, Any]:
+        """All answers, and True under ``shared`` where two have the same memory."""
+        places = [f.__array_interface__["data"][0] for f in self.F if isinstance(f, np.ndarray)]
+        return {
+            "status": self.status,
+            "F": packed(np.array(self.F, dtype=float)),
+            "shares": self.shares,
+            "raised": self.raised,
+            "odd": self.odd,
+            "shared": len(set(places)) < len(places),
+        }
+
+    def against(self, lot: slice, together: Any, verdicts: Any) -> dict[str, Any]:
+        """How ``many`` answers a lot of the demands: how many, the first other status, how far apart [N].
+
+        Raises ValueError where its thrusts have another shape than single calls give.
+        """
+        F, status = np.array(self.F[lot], dtype=float), self.status[lot]
+        if np.shape(together) != F.shape or np.shape(verdicts) != np.shape(status):
+            raise ValueError(f"many() gives thrusts of shape {np.shape(together)}, not {F.shape}")
+        other = np.flatnonzero(np.asarray(verdicts) != status)
+        first = int(other[0]) if other.size else None
+        return {"length": len(status), "other": first, "apart": contract.farthest(together, F)}
+
+
+class Elsewhere(ImportError):
+    """A side would run code that is not its own."""
+
+
+def check_origins(names: Iterable[str], tree: str, source: str) -> None:
+    """Raise Elsewhere where a module of that name is the user's, and not the one in ``tree``.
+
+    ``source`` is the user's folder that the tree is a copy of.
+    """
+    for name in sorted(names):
+        file = Path(os.path.realpath(getattr(sys.modules[name], "__file__", None) or ""))
+        if file.is_relative_to(tree) or name.partition(".")[0] in sys.stdlib_module_names:
+            continue
+        if instead := _instead(name, file, tree, source):
+            raise Elsewhere(
+                f"'{name}' came from {file}, as it lies there, and not from {instead};"
+                " uninstall it, or let the plug-in put its folder first on sys.path"
+            )
+
+
+def _instead(name: str, file: Path, tree: str, source: str) -> str:
+    """Path in a side that a module's file should have; empty where it belongs to no side."""
+    places = [file.relative_to(source)] if file.is_relative_to(source) else []
+    if file.suffix == ".py":
+        # As the import found it: rov/core.py of rov.core, rov/__init__.py of rov.
+        parts = file.parts[-len(name.split(".")) - (file.name == "__init__.py") :]
+        places += [Path("src", *parts), Path(*parts)]
+    if within := next((place for place in places if Path(tree, place).is_file()), None):
+        return f"the side's own {within}"
+    environment = file.is_relative_to(sys.prefix)  # which may lie in the user's folder
+    files, folders = _installed(source, tuple(sys.path))
+    built = any(file.is_relative_to(folder) for folder in (Path(source), *folders)) and not environment
+    return "a commit" if built or file in files else ""
+
+
+@cache
+def _installed(source: str, _path: tuple[str, ...]) -> tuple[frozenset[Path], frozenset[Path]]:
+    """Files, and folders, that were installed from the user's, as their distributions say (PEP 610).
+
+    What is installed with ``-e`` stays where it is, and the user's folder may be a part of it.
+    """
+    found, folders = set[Path](), set[Path]()
+    for distribution in distributions():
+        url = urlsplit(json.loads(distribution.read_text("direct_url.json") or "{}").get("url", ""))
+        place = Path(os.path.realpath(url2pathname(url.path)))
+        if url.scheme == "file" and (place.is_relative_to(source) or Path(source).is_relative_to(place)):
+            folders.add(place)
+            files = distribution.files or ()
+            found.update(Path(os.path.realpath(str(distribution.locate_file(each)))) for each in files)
+    return frozenset(found), frozenset(folders)
 
 
 class Built(NamedTuple):
@@ -53,15 +195,12 @@ class Orders:
 
     Attributes
     ----------
-    alloc : the library of the measured tree
-    discovery : the part of it that loads plug-ins
-    plugins, vehicles : what was loaded, by name
-    broken : why a plug-in was not loaded, by its method's name
-    files : of vehicles that are not the tree's, by name
+    alloc, discovery : the library of the measured tree, and the part of it that loads plug-ins
+    plugins, broken : what was loaded, and why a plug-in was not, by its method's name
+    vehicles, files : loaded vehicles, and the files of those that are not the tree's, by name
     tree, source : the tree's folder, and the user's that it is a copy of, else empty
     modules : names of those that were looked at
-    allocators, own : by cell, the one that was built last, and the limits of its vehicle
-    early : by cell, both of the one that was built first for the whole vehicle
+    built, early : by cell, the allocator that was built last, and first for the whole vehicle
     demands : by vehicle, the demands that its cells are timed with
     """
 
@@ -71,13 +210,12 @@ class Orders:
         self.discovery: Any = None
         self.plugins: dict[str, Any] = {}
         self.broken: dict[str, str] = {}
+        self.vehicles: dict[str, Any] = {}
         self.files: dict[str, str] = {}
         self.tree = self.source = ""
         self.modules = set(sys.modules)
-        self.vehicles: dict[str, Any] = {}
-        self.allocators: dict[str, Any] = {}
+        self.built: dict[str, Built] = {}
         self.early: dict[str, Built] = {}
-        self.own: dict[str, tuple[Any, Any]] = {}
         self.demands: dict[str, list[Any]] = {}
 
     def load(self, tree: str, plugins: list[str], vehicles: dict[str, str], source: str = "") -> None:
@@ -106,12 +244,8 @@ class Orders:
         """
         known = set(sys.modules)
         if self.source:
-            origins.check(known - self.modules, self.tree, self.source)
+            check_origins(known - self.modules, self.tree, self.source)
         self.modules = known
-
-    def not_loaded(self) -> dict[str, str]:
-        """Reasons why plug-ins were not loaded, by method's name."""
-        return self.broken
 
     def cells(self) -> list[list[str]]:
         """Every (vehicle, method, start) of the tree that is installed here, built or not."""
@@ -119,6 +253,10 @@ class Orders:
         entries += self.plugins.values()
         names = [*self.alloc.list_vehicles(), *self.files]
         return [[name, entry.name, start] for name in names for entry in entries for start in entry.starts]
+
+    def not_loaded(self) -> dict[str, str]:
+        """Reasons why plug-ins were not loaded, by method's name."""
+        return self.broken
 
     def vehicle(self, name: str) -> dict[str, Any]:
         """Facts about a vehicle that equations and rules need."""
@@ -142,7 +280,7 @@ class Orders:
         """
         if vehicle not in self.vehicles:  # parsing YAML takes longer than building most allocators
             self.vehicles[vehicle] = (
-                self._made(vehicle, **numbers)
+                self._vehicle_of(vehicle, **numbers)
                 if numbers
                 else self.alloc.load_vehicle(self.files.get(vehicle, vehicle))
             )
@@ -154,37 +292,26 @@ class Orders:
             allocate = self.discovery.prepare(self.plugins[method], loaded, start=start)
         else:
             allocate = self.alloc.build(method, loaded, start=start)
-        self.allocators[cell] = allocate
+        self.built[cell] = Built(allocate, (loaded.f_min, loaded.f_max))
         if not weaker and not numbers:
-            self.early.setdefault(cell, Built(allocate, (loaded.f_min, loaded.f_max)))
-        self.own[cell] = loaded.f_min, loaded.f_max
+            self.early.setdefault(cell, self.built[cell])
         promises = {name: getattr(allocate, name) for name in ("formulation", "limited", "tolerance")}
         # JSON holds no numbers of numpy's.
         return {name: value.item() if hasattr(value, "item") else value for name, value in promises.items()}
 
-    def _made(self, name: str, dof: list[str], priority: list[list[str]], **arrays: Any) -> Any:
-        """A vehicle of these numbers."""
-        import numpy as np
-
+    def _vehicle_of(self, name: str, dof: list[str], priority: list[list[str]], **arrays: Any) -> Any:
         levels = tuple(map(tuple, priority))
-        given = {key: np.array(value) for key, value in arrays.items()}
-        return self.alloc.Vehicle(name=name, dof=tuple(dof), priority=levels, **given)
+        numbers = {key: np.array(value) for key, value in arrays.items()}
+        return self.alloc.Vehicle(name=name, dof=tuple(dof), priority=levels, **numbers)
 
     def control(self, cell: str, kind: str) -> None:
         """Prepare a cell that no commit can change: a numpy ``product``, or a ``loop`` in Python."""
-        import numpy as np
-
         matrix = np.linspace(-1.0, 1.0, 48).reshape(8, 6)
-        self.allocators[cell] = matrix.dot if kind == "product" else lambda _: sum(i * i for i in LOOP)
+        work = matrix.dot if kind == "product" else lambda _: sum(i * i for i in LOOP)
+        self.built[cell] = Built(work, (None, None))
 
     def answers(
-        self,
-        cell: str,
-        taus: Packed,
-        limits: list[Packed],
-        *,
-        seconds: float,
-        early: bool = False,
+        self, cell: str, taus: Packed, limits: list[Packed], *, seconds: float, early: bool = False
     ) -> dict[str, Any]:
         """Status, f and shares of each demand in order, and what is odd about how they were given.
 
@@ -192,50 +319,42 @@ class Orders:
         out, as a caller may. No more demands are asked than take ``seconds``. ``early`` asks the allocator
         that was built for the cell first. Raises what each of the calls raises.
         """
-        allocate, own = self.early[cell] if early else (self.allocators[cell], self.own[cell])
-        columns = [given.unpacked(taus), *map(given.unpacked, limits)]
-        seen = given.Given(len(own[0]))
+        allocate, own = (self.early if early else self.built)[cell]
+        columns = [unpacked(taus), *map(unpacked, limits)]
+        seen = Answers(len(own[0]))
         end = monotonic() + seconds
         for tau, *sides in zip(*columns, strict=True):
             if seen.status and monotonic() > end:
                 break
             try:
-                seen.add(allocate(tau, *self._given(own, sides)))
+                seen.add(allocate(tau, *_other_than(own, sides)))
             except self.alloc.NotApplicable:
                 raise  # it takes no limits, or no failed thruster: so it is with every demand
             except Exception as error:
                 seen.add_raised(error)
         if len(seen.raised) == len(seen.status):
             raise seen.first_error
-        arrays = [taus, *limits]
-        writes = any((a != given.unpacked(b)).any() for a, b in zip(columns, arrays, strict=True))
+        asked = [unpacked(taus), *map(unpacked, limits)]
+        writes = any((a != b).any() for a, b in zip(columns, asked, strict=True))
         many = getattr(allocate, "many", None)  # a user's plug-in may have no such function
-        held = many is not None and not seen.raised and not seen.odd
-        together = seen.lots(many, arrays, partial(self._given, own)) if held else []
-        reply: dict[str, Any] = seen.reply()
-        return reply | {"writes": writes, "many": many is not None, "together": together}
-
-    def _given(self, own: tuple[Any, Any], sides: list[Any]) -> list[Any]:
-        """Limits of calls, None for a side that is the vehicle's own."""
-        return [None if (side == whole).all() else side for side, whole in zip(sides, own, strict=False)]
+        together = []
+        for lot in LOTS if many is not None and not seen.raised and not seen.odd else ():
+            some, *sides = (column[: len(seen.status)][lot].copy() for column in asked)
+            together.append(seen.against(lot, *many(some, *_other_than(own, sides))))
+        return seen.reply() | {"writes": writes, "many": many is not None, "together": together}
 
     def forms(self, cell: str, taus: Packed, limits: list[Packed]) -> dict[str, Any]:
         """How the allocator that was built for the cell first answers other forms of calls."""
-        asked = map(given.unpacked, (taus, *limits))
-        found: dict[str, Any] = forms.forms(self.early[cell].allocate, *asked, given.farthest)
-        return found
+        answered: dict[str, Any] = contract.forms(self.early[cell].allocate, *map(unpacked, (taus, *limits)))
+        return answered
 
     def many(self, cell: str, taus: Packed, limits: list[Packed]) -> dict[str, Any]:
         """Status and f of each demand, by ``many`` alone."""
-        import numpy as np
-
-        F, status = self.allocators[cell].many(given.unpacked(taus), *map(given.unpacked, limits))
-        return {"status": np.asarray(status).tolist(), "F": given.packed(F)}
+        F, status = self.built[cell].allocate.many(unpacked(taus), *map(unpacked, limits))
+        return {"status": np.asarray(status).tolist(), "F": packed(F)}
 
     def keep(self, vehicle: str, taus: list[list[float]]) -> None:
         """Keep the demands that ``block`` and ``count`` go through for this vehicle's cells."""
-        import numpy as np
-
         self.demands[vehicle] = [np.array(tau) for tau in taus]
 
     def settle(self, core: int | None) -> None:
@@ -248,7 +367,7 @@ class Orders:
 
     def block(self, cell: str, vehicle: str, rounds: int) -> int:
         """CPU time [ns] of ``rounds`` rounds through the demands, after one untimed round."""
-        allocate, taus = self.allocators[cell], self.demands[vehicle]
+        allocate, taus = self.built[cell].allocate, self.demands[vehicle]
         for tau in taus:
             allocate(tau)
         start = thread_time_ns()
@@ -259,7 +378,7 @@ class Orders:
 
     def count(self, cell: str, vehicle: str, rounds: int) -> None:
         """Make N and then 2 N calls, each lot followed by getppid, at which callgrind writes its profile."""
-        allocate, taus = self.allocators[cell], self.demands[vehicle]
+        allocate, taus = self.built[cell].allocate, self.demands[vehicle]
         for times in (rounds, rounds, 2 * rounds):  # the first lot is a warm-up
             for _ in range(times):
                 for tau in taus:
@@ -267,20 +386,25 @@ class Orders:
             os.getppid()
 
 
+def _other_than(own: tuple[Any, Any], sides: list[Any]) -> list[Any]:
+    """Limits of calls, None for a side that is the vehicle's own."""
+    return [None if (side == whole).all() else side for side, whole in zip(sides, own, strict=False)]
+
+
 def main() -> None:
     """Carry out orders until stdin ends; an exception is sent as a reply."""
-    replies = os.fdopen(os.dup(1), "w")
-    os.dup2(2, 1)  # what a solver prints goes to stderr, not between the replies
     orders = Orders()
-    for line in sys.stdin:
-        order = json.loads(line)
-        try:
-            reply = json.dumps({"value": getattr(orders, order.pop("do"))(**order)})
-            orders.look()
-        except Exception as error:
-            reply = json.dumps({"error": f"{type(error).__name__}: {error}", "kind": type(error).__name__})
-        replies.write(reply + "\n")
-        replies.flush()
+    with os.fdopen(int(sys.argv[1]), "w") as replies:
+        for line in sys.stdin:
+            order = json.loads(line)
+            try:
+                reply = json.dumps({"value": getattr(orders, order.pop("do"))(**order)})
+                orders.look()
+            except Exception as error:
+                kind = type(error).__name__
+                reply = json.dumps({"error": f"{kind}: {error}", "kind": kind})
+            replies.write(reply + "\n")
+            replies.flush()
 
 
 if __name__ == "__main__":

@@ -10,8 +10,9 @@ import threading
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
 from typing import NoReturn, TypeVar
 
 import msgspec
@@ -166,7 +167,8 @@ def work(job: Job, time_limit_s: float) -> Iterator[Message]:
     job.spawned_ns = time.monotonic_ns()
     with ExitStack() as at_end:
         with signals_held_back():
-            process, reader = _start(at_end)
+            command = [sys.executable, "-m", "bench.harness.worker"]
+            process, reader = start(command, at_end, environment(PYTHONHASHSEED="0"))
         assert process.stdin is not None
         with suppress(BrokenPipeError):  # the process died at once; what it printed says why
             process.stdin.write(msgspec.json.encode(job))
@@ -174,18 +176,24 @@ def work(job: Job, time_limit_s: float) -> Iterator[Message]:
         yield from _messages(process, reader, job.tasks, time_limit_s)
 
 
-def _start(at_end: ExitStack) -> tuple[subprocess.Popen[bytes], int]:
-    # A fresh worker, and the pipe that its messages come through; ``at_end`` removes both.
+def start(
+    command: Sequence[str], at_end: ExitStack, env: Mapping[str, str], cwd: Path | None = None
+) -> tuple[subprocess.Popen[bytes], int]:
+    """Start a process, whose last argument is the pipe for its messages; the other end of that pipe.
+
+    ``at_end`` ends the process and closes the pipe.
+    """
     reader, writer = os.pipe()
     at_end.callback(os.close, reader)
     try:
         process = subprocess.Popen(
-            [sys.executable, "-m", "bench.harness.worker", str(writer)],
+            [*command, str(writer)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             pass_fds=[writer],
-            env=environment(PYTHONHASHSEED="0"),
+            env=env,
+            cwd=cwd,
             start_new_session=True,  # a terminal's Ctrl-C reaches the parent only, which then stops in order
         )
     finally:
@@ -220,7 +228,7 @@ def _messages(
     at: int | None = 0  # the task under way; a process that dies before its first task has lost that one
     tail = bytearray()
     try:
-        for line in _lines(process, reader, tail, time_limit_s):
+        for line in lines(process, reader, tail, time_limit_s, STARTUP_S):
             message = _decoded(line, at, tasks)
             if isinstance(message, str):
                 if at is not None:
@@ -236,14 +244,17 @@ def _messages(
         yield Failed(at, how, why)
 
 
-def _lines(
-    process: subprocess.Popen[bytes], reader: int, tail: bytearray, time_limit_s: float
+def lines(
+    process: subprocess.Popen[bytes], reader: int, tail: bytearray, time_limit_s: float, first_s: float
 ) -> Iterator[bytes]:
-    """The lines that a process sends; ``tail`` gets the last of what it prints. Raises TimeoutError."""
+    """Lines that a process sends until it ends; ``tail`` gets the last of what it prints.
+
+    Raises TimeoutError where the first takes longer than ``first_s``, or another than ``time_limit_s``.
+    """
     assert process.stdout is not None
     printed = process.stdout.fileno()
     pending = b""
-    deadline = time.monotonic() + STARTUP_S
+    deadline = time.monotonic() + first_s
     with selectors.DefaultSelector() as selector:
         selector.register(reader, selectors.EVENT_READ)
         selector.register(printed, selectors.EVENT_READ)
@@ -255,8 +266,8 @@ def _lines(
                 elif key.fd == printed:
                     tail[:] = (tail + data)[-TAIL_BYTES:]
                 else:
-                    *lines, pending = (pending + data).split(b"\n")
-                    yield from lines
+                    *whole, pending = (pending + data).split(b"\n")
+                    yield from whole
                     deadline = time.monotonic() + time_limit_s
             if time.monotonic() >= deadline:
                 raise TimeoutError

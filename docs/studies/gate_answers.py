@@ -15,10 +15,10 @@ from pathlib import Path
 import click
 from tabulate import tabulate
 
-from bench.gate.cells import DEFAULT_CELLS
 from bench.gate.examine import examine
-from bench.gate.prober import Prober
-from bench.gate.side import SourceTree
+from bench.gate.record import DEFAULT_CELLS
+from bench.gate.side import Prober
+from bench.gate.trees import SourceTree
 from gate_proof import prepare
 from injection import spoil_answers
 

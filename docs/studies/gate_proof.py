@@ -23,10 +23,9 @@ from typing import Any
 
 import click
 
-from bench.gate.cells import DEFAULT_CELLS
-from bench.gate.record import GateRecord, GateSettings
+from bench.gate.record import DEFAULT_CELLS, GateRecord, GateSettings
 from bench.gate.run import compare
-from bench.gate.side import SourceTree
+from bench.gate.trees import SourceTree
 from bench.gate.verdict import Standing, is_slower, row, trips, verdict
 from bench.suite.compare import compare as compare_benchmarks
 from bench.suite.compare import read

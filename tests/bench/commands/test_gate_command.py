@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from alloc import AllocError
 from alloc.discovery import load_plugin
 from bench.commands.gate import command
-from bench.gate.cells import chosen
+from bench.gate.record import chosen
 
 
 @pytest.mark.parametrize("name", ["my_pinv", "mine[1]"])

@@ -1,14 +1,15 @@
 """One vehicle, what the gate asks of it, and the right answers."""
 
+from collections.abc import Iterator
+
 import pytest
 
 from alloc import Allocation, Vehicle, build, load_vehicle
 from bench.demands import DemandSet
+from bench.gate import questions as gate_questions
+from bench.gate import run
 from bench.gate.answers import first
-from bench.gate.asked import (
-    AXES,
-    demand_sets,
-)
+from bench.gate.questions import AXES, demand_sets
 from bench.judging.question import Question, ask_here, questions
 
 
@@ -37,3 +38,22 @@ def question(whole: Question) -> Question:
 def right(vehicle: Vehicle, question: Question) -> list[Allocation]:
     allocate = build("nullspace", vehicle)
     return [allocate(tau) for tau in question.demands.taus]
+
+
+@pytest.fixture(scope="module")
+def few_demands() -> Iterator[None]:
+    """The gate asks a twentieth of its demands; how many there must be, other tests ask of the sets."""
+    with pytest.MonkeyPatch.context() as patch:
+        few = {kind: n // 20 for kind, n in gate_questions.LOOKED_AT.items()}
+        patch.setattr(gate_questions, "LOOKED_AT", few)
+        for name, count in (("EDGES", 25), ("JOLTS", 150), ("ONE_SIDE", 20), ("HARD_DEMANDS", 40)):
+            patch.setattr(gate_questions, name, count)
+        gate_questions.nearly_symmetric.cache_clear()
+        yield
+    gate_questions.nearly_symmetric.cache_clear()
+
+
+@pytest.fixture
+def untimed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The gate stops behind answers, where neither times nor counts are the test's subject."""
+    monkeypatch.setattr(run, "_time", lambda *_: None)

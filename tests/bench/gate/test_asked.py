@@ -13,7 +13,8 @@ from alloc.nullspace.region import prepare
 from alloc.vehicle.model import ARRAYS
 from bench.demands import DemandSet, build_demands
 from bench.gate.answers import answered, first, wrong
-from bench.gate.asked import (
+from bench.gate.examine import judge_cell, vehicle_of
+from bench.gate.questions import (
     AXES,
     EDGES,
     FAILED,
@@ -24,10 +25,8 @@ from bench.gate.asked import (
     ONE_SIDE,
     nobody,
 )
-from bench.gate.examine import vehicle_of
-from bench.gate.judged import judge_cell
-from bench.gate.prober import Prober
 from bench.gate.record import GateCell
+from bench.gate.side import Prober
 from bench.judging.question import Question, ask_here, questions
 from tests.gate_sides import PROMISES, Here, Whole
 
@@ -157,8 +156,7 @@ def test_limits_of_one_side_are_given_alone(
 ) -> None:
     asked = first(questions(sets[which : which + 1], ask_here)[0], 100)
     here = Here(vehicle, 1.0)
-    here.orders.allocators["cell"] = BothOrNone(vehicle)
-    here.orders.own["cell"] = vehicle.f_min, vehicle.f_max
+    here.answers_by(BothOrNone(vehicle))
     here.promises = PROMISES
     side, cell = cast("Prober", here), GateCell(vehicle="ukwial", method="mine")
     assert asked.demands.name == (says or MOVING)

@@ -6,7 +6,7 @@ import pytest
 
 from bench.gate import run
 from bench.gate.record import GateCell, GateRecord, GateSettings
-from bench.gate.side import SourceTree
+from bench.gate.trees import SourceTree
 from bench.gate.verdict import Outcome, verdict
 
 SETTINGS = GateSettings(pairs=4)

@@ -3,7 +3,7 @@
 import pytest
 
 from alloc.errors import UnknownName
-from bench.gate.cells import among, chosen, unmatched
+from bench.gate.record import among, chosen, unmatched
 
 
 def test_patterns_choose_cells_with_and_without_the_start() -> None:

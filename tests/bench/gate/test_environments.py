@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.gate import environments
+from bench.gate import trees
 from bench.gate.trees import BadTree
 
 
@@ -14,7 +14,7 @@ def test_requirements_hold_dependencies_and_pinned_versions_and_no_comments(tmp_
         '[project]\ndependencies = ["numpy"]\n[tool.ruff]\nline-length = 1\n'
     )
     (tmp_path / "constraints.txt").write_text("# a comment\nnumpy==2.0 # another\n")
-    assert environments.requirements(tmp_path) == ["numpy", "numpy==2.0"]
+    assert trees.requirements(tmp_path) == ["numpy", "numpy==2.0"]
 
 
 def test_trees_with_different_requirements_get_environments_of_their_own(
@@ -23,10 +23,10 @@ def test_trees_with_different_requirements_get_environments_of_their_own(
     for side, dependency in (("base", "numpy"), ("head", "numpy>=2")):
         (tmp_path / side / "alloc").mkdir(parents=True)
         (tmp_path / side / "pyproject.toml").write_text(f'[project]\ndependencies = ["{dependency}"]\n')
-    monkeypatch.setattr(environments, "_environment", lambda tree, at: f"python of {tree.name} in {at.name}")
+    monkeypatch.setattr(trees, "_environment", lambda tree, at: f"python of {tree.name} in {at.name}")
     base, head, at = (tmp_path / name for name in ("base", "head", "environments"))
-    assert environments.interpreters(base, head, at) == ("python of base in base", "python of head in head")
-    assert environments.interpreters(base, base, at) == (sys.executable, sys.executable)
+    assert trees.interpreters(base, head, at) == ("python of base in base", "python of head in head")
+    assert trees.interpreters(base, base, at) == (sys.executable, sys.executable)
 
 
 @pytest.mark.parametrize(
@@ -43,4 +43,4 @@ def test_a_tree_that_does_not_say_what_it_requires_is_named(
         (tmp_path / "head" / "pyproject.toml").write_text(text)
     base, head = tmp_path / "base", tmp_path / "head"
     with pytest.raises(BadTree, match=f"^head: {says}"):
-        environments.interpreters(head, base, tmp_path / "environments")
+        trees.interpreters(head, base, tmp_path / "environments")

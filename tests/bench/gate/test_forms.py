@@ -8,15 +8,14 @@ import pytest
 from alloc import Allocation, Status, Vehicle
 from alloc.allocation import FloatArray, StatusArray
 from bench.demands import DemandSet
-from bench.gate import forms
+from bench.gate import contract
 from bench.gate.answers import SideAnswers, answered, first, wrong
-from bench.gate.asked import (
+from bench.gate.examine import judge_cell
+from bench.gate.questions import (
     nobody,
 )
-from bench.gate.given import farthest
-from bench.gate.judged import judge_cell
-from bench.gate.prober import Prober
 from bench.gate.record import GateCell
+from bench.gate.side import Prober
 from bench.judging.question import Question, questions
 from tests.gate_sides import PROMISES, Here, Turned, Whole, of_scaled
 
@@ -137,7 +136,7 @@ def test_who_promises_no_distance_still_answers_alike_in_many_and_in_calls(
     factor: float, vehicle: Vehicle, question: Question
 ) -> None:
     here = Here(vehicle, 1.0)
-    here.orders.allocators["cell"] = Turned(vehicle, factor)
+    here.answers_by(Turned(vehicle, factor))
     here.promises = {"formulation": "mine", "limited": True, "tolerance": 1.0}
     found = answered(cast("Prober", here), GateCell(vehicle="ukwial", method="mine"), question)
     assert "from those of single calls" in wrong(question, found)
@@ -151,7 +150,7 @@ def test_many_is_asked_short_batches_too(vehicle: Vehicle, question: Question, l
             return (-F if len(F) == length else F), status
 
     here = Here(vehicle, 1.0)
-    here.orders.allocators["cell"] = Short(vehicle, 1.0)
+    here.answers_by(Short(vehicle, 1.0))
     here.promises = {"formulation": "mine", "limited": True, "tolerance": 1.0}
     few = first(question, 60)
     found = answered(cast("Prober", here), GateCell(vehicle="ukwial", method="mine"), few)
@@ -168,6 +167,6 @@ def test_a_method_whose_calls_take_long_is_asked_fewer_demands_in_other_forms(
         asked.append(tau)
         return Allocation(np.zeros(vehicle.n), Status.PARTIAL)
 
-    monkeypatch.setattr(forms, "LONGEST_S", 0.0)
-    assert forms.forms(call, taus, taus, taus, farthest) == {}
-    assert len(asked) == forms.PROBED
+    monkeypatch.setattr(contract, "LONGEST_S", 0.0)
+    assert contract.forms(call, taus, taus, taus) == {}
+    assert len(asked) == contract.PROBED

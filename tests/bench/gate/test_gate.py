@@ -16,6 +16,8 @@ from bench.commands.gate import command
 from bench.gate import run
 from injection import CLOSED_FORMS, delete_method, scale_thrusts, slow_down
 
+pytestmark = pytest.mark.usefixtures("few_demands")
+
 FEW = ("--pairs", "2", "--no-instructions")
 CELLS = ("--cells", "ukwial:pinv", "--cells", "ukwial:svd")
 

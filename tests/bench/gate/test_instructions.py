@@ -9,7 +9,8 @@ import pytest
 
 from bench.gate import run
 from bench.gate.record import GateCell
-from bench.gate.side import Died, SourceTree
+from bench.gate.side import Died
+from bench.gate.trees import SourceTree
 
 
 @pytest.mark.parametrize("dead", ["base", "head"])

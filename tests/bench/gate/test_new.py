@@ -13,12 +13,14 @@ from bench.commands.gate import command
 from bench.demands import DemandSet
 from bench.gate import answers
 from bench.gate.answers import first
-from bench.gate.asked import nobody
-from bench.gate.judged import judge_new
-from bench.gate.prober import Prober
+from bench.gate.examine import judge_new
+from bench.gate.questions import nobody
 from bench.gate.record import GateCell
+from bench.gate.side import Prober
 from bench.judging.question import questions
 from tests.gate_sides import Whole, of_scaled
+
+pytestmark = pytest.mark.usefixtures("few_demands")
 
 FEW = ("--pairs", "2", "--no-instructions")
 RIGHT = """\

@@ -7,10 +7,8 @@ from typing import Any
 import pytest
 
 from bench.gate import run
-from bench.gate.cells import controls
-from bench.gate.record import GateSettings
-from bench.gate.side import SourceTree
-from bench.gate.trees import BASE, HEAD
+from bench.gate.record import GateSettings, controls
+from bench.gate.trees import BASE, HEAD, SourceTree
 
 SETTINGS = GateSettings(pairs=3, blocks=4)
 

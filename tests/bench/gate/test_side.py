@@ -12,7 +12,8 @@ import psutil
 import pytest
 
 import gate_check
-from bench.gate.side import Died, Refused, Side, SourceTree
+from bench.gate.side import Died, Refused, Side
+from bench.gate.trees import SourceTree
 
 
 def test_a_side_never_imports_the_gate_s_own_library(tmp_path: Path) -> None:
@@ -61,7 +62,7 @@ def test_ctrl_c_before_a_process_has_its_first_order_ends_it_at_once(
     if moment == "as it starts":
         monkeypatch.setattr(subprocess.Popen, "__init__", interrupted)
     else:
-        monkeypatch.setattr("bench.gate.side.Timer", interrupted)
+        monkeypatch.setattr("bench.gate.side.lines", interrupted)
     before, started = set(psutil.Process().children()), monotonic()
     with pytest.raises(KeyboardInterrupt):
         Side(deaf(tmp_path))

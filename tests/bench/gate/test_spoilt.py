@@ -8,12 +8,12 @@ import pytest
 from alloc import Vehicle
 from bench.demands import DemandSet
 from bench.gate.answers import first
-from bench.gate.asked import (
+from bench.gate.examine import judge_cell
+from bench.gate.questions import (
     nobody,
 )
-from bench.gate.judged import judge_cell
-from bench.gate.prober import Prober
 from bench.gate.record import GateCell
+from bench.gate.side import Prober
 from bench.judging.question import questions
 from tests.gate_sides import Whole, of_scaled
 

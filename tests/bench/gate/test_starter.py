@@ -13,6 +13,8 @@ from alloc import AllocError
 from bench.commands.gate import command as gate_command
 from bench.commands.init import command as init_command
 
+pytestmark = pytest.mark.usefixtures("few_demands")
+
 SABOTAGES: Mapping[str, Callable[[str], str]] = MappingProxyType(
     {
         "sign": lambda text: text.replace("G = np", "G = -np"),

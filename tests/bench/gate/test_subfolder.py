@@ -11,6 +11,8 @@ from bench.commands.gate import command
 from bench.gate.trees import BadTree
 from tests.gate_sides import pip_notes
 
+pytestmark = pytest.mark.usefixtures("few_demands")
+
 ALWAYS = ("--pairs", "2", "--no-instructions", "--vehicle", "ukwial")
 
 PLUGIN = """\

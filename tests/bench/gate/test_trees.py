@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 import gate_check
-from bench.gate import environments, trees
-from bench.gate.side import SourceTree
+from bench.gate import trees
+from bench.gate.trees import SourceTree
 
 
 def in_a_submodule(folder: Path) -> tuple[trees.Source, trees.Source]:
@@ -61,8 +61,8 @@ def test_what_a_plug_in_imports_from_beside_it_is_each_side_s_own(
         assert not (tmp_path / name / ".venv").exists()
     base, head = ((tmp_path / name / "lib" / "gains.py").read_text() for name in ("base", "head"))
     assert base != head
-    assert environments.unchanged(*both) == ""
-    assert environments.unchanged(both[0], both[0]).startswith("all files but documents are the same")
+    assert trees.unchanged(*both) == ""
+    assert trees.unchanged(both[0], both[0]).startswith("all files but documents are the same")
 
 
 def test_a_submodule_that_is_not_here_is_named(tmp_path: Path) -> None:

@@ -10,8 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.gate.record import GateCell, GateRecord, GateSettings
-from bench.gate.render import as_json, markdown
-from bench.gate.verdict import Outcome, Verdict, is_suspect, medians_us, ratio, verdict
+from bench.gate.verdict import Outcome, Verdict, as_json, is_suspect, markdown, medians_us, ratio, verdict
 
 CALLS = 500
 

@@ -7,9 +7,9 @@ import pytest
 
 from alloc import Allocation, Label, Status, Vehicle, build
 from bench.gate.answers import SideAnswers, answered, wrong
-from bench.gate.given import packed
-from bench.gate.prober import Prober
 from bench.gate.record import GateCell
+from bench.gate.side import Prober
+from bench.gate.worker import packed
 from bench.judging.question import Question
 from tests.gate_sides import PROMISES, Here, at, changed
 

@@ -1,0 +1,219 @@
+"""Contract of calls that every method and plug-in passes: a call in another form has the usual answer.
+
+The measured process loads this file by its path, so it imports nothing of this project; tests ask it of every
+method in the catalogue.
+"""
+
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from time import monotonic
+from typing import Any
+
+import numpy as np
+
+Held = dict[str, Any]
+"""How a form is answered: ``same``, True for the same statuses, and how far ``apart`` thrusts lie [N], or
+what it ``raises``."""
+Pair = tuple[Any, Any]
+"""Thrusts and statuses of some calls."""
+Form = tuple[str, Callable[[], Pair], Callable[[], Pair]]
+"""Name of a form, the usual calls, and the same in that form."""
+
+LEAST = 3.0
+"""Largest entry, at least, of a demand in whole numbers: smaller ones would be none."""
+NEAR = 1e-4
+"""How far a demand moves that hardly does, relative to it."""
+
+PASSES, LONGEST_S, PROBED = 40, 5.0, 3
+"""How often all forms together go through the demands, how long they may take [s], and how many demands say
+how long a call is."""
+
+
+def forms(allocate: Any, taus: Any, low: Any, high: Any) -> dict[str, Held]:
+    """How an allocator answers demands (N, k) [N, N m] with limits (N, n) [N], by the name of the form.
+
+    Left out is what it does not have: limits of the call, or ``many``. A slow one is asked fewer demands, and
+    none at all where one would take too long.
+    """
+    count = _affordable(allocate, taus)
+    found: dict[str, Held] = {}
+    for name, usual, other in _forms(allocate, taus[:count], low[:count], high[:count]) if count else ():
+        try:
+            (F, status), (others, verdicts) = usual(), other()
+        except Exception as error:
+            found[name] = {"raises": f"{type(error).__name__}: {error}"}
+            continue
+        same = list(map(int, status)) == list(map(int, verdicts))
+        found[name] = {"same": same, "apart": farthest(np.array(F, float), np.array(others, float))}
+    return found
+
+
+def farthest(F: Any, other: Any) -> float:
+    """The largest difference of two arrays of thrusts [N], infinite where NaN stands in one alone."""
+    same = (other == F) | (np.isnan(F) & np.isnan(other))
+    return float(np.nan_to_num(np.abs(F - other)[~same], nan=np.inf).max(initial=0.0))
+
+
+def _affordable(allocate: Any, taus: Any) -> int:
+    """How many of the demands all forms together can be asked in LONGEST_S."""
+    start = monotonic()
+    _singly(allocate, taus[:PROBED])
+    each = (monotonic() - start) / len(taus[:PROBED])
+    return min(len(taus), int(LONGEST_S / (PASSES * max(each, 1e-9))))
+
+
+def _whole(taus: Any) -> Any:
+    larger = np.maximum(1.0, LEAST / np.maximum(np.abs(taus).max(axis=1, keepdims=True), 1e-300))
+    return np.rint(np.where(taus.any(axis=1, keepdims=True), larger, 0.0) * taus).astype(int)
+
+
+CONVERSIONS: dict[str, Callable[[Any], Any]] = {
+    "a list of whole numbers": lambda taus: _whole(taus).tolist(),
+    "an array of whole numbers": _whole,
+    "an array made of columns": np.asfortranarray,  # no row of it lies in one piece of memory
+    "an array in single precision": lambda taus: taus.astype("float32"),
+}
+SIDES: dict[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
+    "limits": (lambda low: low[0], lambda high: high[0]),
+    "f_min alone": (lambda low: low[0], lambda high: None),
+    "f_max alone": (lambda low: None, lambda high: high[0]),
+    "f_min, f_max of each": (lambda low: low[0], lambda high: high),
+    "f_max, f_min of each": (lambda low: low, lambda high: high[0]),
+}
+"""By name, f_min and f_max that ``many`` is given, made of (N, n) limits."""
+
+
+def _forms(allocate: Any, taus: Any, low: Any, high: Any) -> Iterator[Form]:
+    """All forms of calls that the allocator has."""
+    usual, many, columns = _singly(allocate, taus), getattr(allocate, "many", None), (taus, low, high)
+    yield from _of_demands(allocate, taus)
+    limited: Pair | None
+    try:
+        limited = _singly(allocate, *columns)
+    except Exception:  # it takes no limits, or fails with them, which is judged elsewhere
+        limited = None
+    if limited is not None:
+        yield from _of_limits(allocate, usual, limited, columns)
+    if many is None:
+        return
+    for name, convert in CONVERSIONS.items():
+        made = convert(taus)
+        yield f"many() of {name}", partial(_singly, allocate, _floats(made)), partial(many, made)
+    before: list[Any] = []
+    yield "many() called again", partial(_kept, many, taus, before), lambda: (many(-taus), before[0])[1]
+    if limited is None:
+        return
+    for name, (first, second) in SIDES.items():
+        yield (
+            f"many() with one row of {name}",
+            partial(_within, allocate, taus, first(low), second(high)),
+            partial(_together, many, taus, first(low), second(high)),
+        )
+    striped = map(np.asfortranarray, columns)
+    yield (
+        "many() with limits in an array made of columns",
+        partial(_singly, allocate, *columns),
+        partial(many, *striped),
+    )
+    given = [each.copy() for each in columns]
+    yield (
+        "what many() is given",  # its arguments, before and after, in place of thrusts
+        lambda: (np.hstack(columns), []),
+        lambda: (many(*given), (np.hstack(given), []))[1],
+    )
+
+
+def _of_demands(allocate: Any, taus: Any) -> Iterator[Form]:
+    """Forms of calls without limits."""
+    for name, convert in CONVERSIONS.items():
+        made = convert(taus)
+        yield name, partial(_singly, allocate, _floats(made)), partial(_rows, allocate, zip(made))
+    usual = partial(_singly, allocate, taus)
+    yield "an array that is used again", usual, partial(_used_again, allocate, taus)
+    near = (1.0 + NEAR) * taus  # a vehicle's demands hardly move from call to call
+    after = partial(_after, allocate, zip(taus), zip(near))
+    yield "a demand next to the last", partial(_singly, allocate, near), after
+
+
+def _of_limits(allocate: Any, usual: Pair, limited: Pair, columns: tuple[Any, Any, Any]) -> Iterator[Form]:
+    """Forms of calls with limits."""
+    taus, low, high = columns
+    F = np.array(limited[0], dtype=float)
+    inside = np.clip(F, low, high) if allocate.limited else F
+    # A cache by demand alone would give what it answered without limits, which was asked first.
+    yield "limits of a demand asked before without", lambda: (inside, limited[1]), lambda: limited
+    named = (allocate(tau, f_min=low, f_max=high) for tau, low, high in _copies(*columns))
+    yield "limits by name", lambda: limited, lambda: _columns(named)
+    for name, convert in (
+        ("limits in lists", lambda column: column.tolist()),
+        ("limits in an array made of columns", np.asfortranarray),
+    ):
+        yield name, lambda: limited, partial(_rows, allocate, zip(*map(convert, columns), strict=True))
+    without = [(tau,) for tau in taus]
+    yield (
+        "limits behind a call without",
+        lambda: limited,
+        partial(_after, allocate, without, _copies(*columns)),
+    )
+    yield "no limits behind a call with", lambda: usual, partial(_after, allocate, _copies(*columns), without)
+
+
+def _floats(array: Any) -> Any:
+    return np.ascontiguousarray(array, dtype=float)
+
+
+def _copies(*columns: Any) -> Iterable[tuple[Any, ...]]:
+    """Arguments of calls, row by row, in memory of their own."""
+    return zip(*(each.copy() for each in columns), strict=True)
+
+
+def _columns(answers: Iterable[Any]) -> Pair:
+    rows = [(answer[0].copy(), answer[1]) for answer in answers]
+    return [f for f, _ in rows], [status for _, status in rows]
+
+
+def _rows(allocate: Any, calls: Iterable[tuple[Any, ...]]) -> Pair:
+    return _columns([allocate(*call) for call in calls])
+
+
+def _singly(allocate: Any, *columns: Any) -> Pair:
+    return _rows(allocate, _copies(*columns))
+
+
+def _used_again(allocate: Any, taus: Any) -> Pair:
+    """Answers where a caller, as an autopilot, has one array and writes each demand into it."""
+    array, answers = taus[0].copy(), []
+    for tau in taus:
+        array[:] = tau
+        answers.append(allocate(array))
+    return _columns(answers)
+
+
+def _after(allocate: Any, calls: Iterable[Any], others: Iterable[Any]) -> Pair:
+    """Answers to ``others``, each of which follows another call."""
+    answers = []
+    for call, other in zip(calls, others, strict=True):
+        allocate(*(each.copy() for each in call))
+        answers.append(allocate(*(each.copy() for each in other)))
+    return _columns(answers)
+
+
+def _kept(many: Any, taus: Any, into: list[Any]) -> Pair:
+    """Copy of what ``many`` answers; the answer itself goes into a list."""
+    into[:] = [many(taus.copy())]
+    F, status = into[0]
+    return F.copy(), list(status)
+
+
+def _within(allocate: Any, taus: Any, *sides: Any) -> Pair:
+    """Single calls with limits that are rows, tables or None."""
+    each = [
+        [None] * len(taus) if side is None else np.resize(side, (len(taus), np.shape(side)[-1]))
+        for side in sides
+    ]
+    return _columns([allocate(*call) for call in zip(taus.copy(), *each, strict=True)])
+
+
+def _together(many: Any, taus: Any, *sides: Any) -> Pair:
+    answers: Pair = many(taus.copy(), *(None if side is None else side.copy() for side in sides))
+    return answers
