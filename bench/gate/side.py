@@ -140,8 +140,9 @@ class Prober:
         self._tree = tree
         self._side = Side(tree)
         try:
-            self.cells: list[list[str]] = self._side.ask("cells")
-            self.not_loaded: dict[str, str] = self._side.ask("not_loaded")
+            self.cells: list[list[str]]
+            self.not_loaded: dict[str, str]
+            self.cells, self.not_loaded = self._side.ask("cells")
         except BaseException:
             self._side.close()
             raise

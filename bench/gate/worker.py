@@ -1,8 +1,8 @@
 """The measured process: a script that imports ``alloc`` from a given tree and carries out orders.
 
 Orders come as JSON lines on stdin; replies go as JSON lines through a pipe: ``python worker.py FD``. The
-script uses nothing but the public contract (``load_vehicle``, ``catalogue``, ``build``), so that any revision
-can be measured; the harness's own worker needs this revision's ``alloc``. Both sides run this same file.
+script uses the public contract alone, so that any revision can be measured; the harness's own worker needs
+this revision's ``alloc``.
 """
 
 import gc
@@ -36,8 +36,7 @@ LOTS = (slice(None), slice(1, 2), slice(1, 11))
 Packed = dict[str, Any]
 """An array in JSON: its shape, and its numbers as bytes of doubles in base 64; text would take a second."""
 
-LEVELS = ("priority", "groups")
-ARRAYS = ("T", "H", "f_min", "f_max", "readiness", "slack_weights")
+LEVELS, ARRAYS = ("priority", "groups"), ("T", "H", "f_min", "f_max", "readiness", "slack_weights")
 
 
 def packed(array: Any) -> Packed:
@@ -54,8 +53,8 @@ def unpacked(array: Packed) -> Any:
 def _beside(name: str) -> Any:
     """The module of that name in this file's folder, which is on no path: the tree may have another."""
     spec = importlib.util.spec_from_file_location(f"gate_{name}", Path(__file__).with_name(f"{name}.py"))
-    if spec is None or spec.loader is None:
-        raise ImportError(f"no {name}.py beside {__file__}")
+    assert spec
+    assert spec.loader
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -238,25 +237,18 @@ class Orders:
                 self.plugins[entry.name] = entry
 
     def look(self) -> None:
-        """Raise Elsewhere where a module that was imported since is the user's, and not this side's.
-
-        It is asked after every order, since a plug-in may import when it is called.
-        """
+        """Raise Elsewhere where a module that the last order imported is the user's, and not this side's."""
         known = set(sys.modules)
         if self.source:
             check_origins(known - self.modules, self.tree, self.source)
         self.modules = known
 
-    def cells(self) -> list[list[str]]:
-        """Every (vehicle, method, start) of the tree that is installed here, built or not."""
-        entries = [entry for entry in self.alloc.catalogue() if not entry.missing]
-        entries += self.plugins.values()
+    def cells(self) -> tuple[list[list[str]], dict[str, str]]:
+        """Every (vehicle, method, start) that is installed here, and why plug-ins are not, by method."""
+        entries = [*(e for e in self.alloc.catalogue() if not e.missing), *self.plugins.values()]
         names = [*self.alloc.list_vehicles(), *self.files]
-        return [[name, entry.name, start] for name in names for entry in entries for start in entry.starts]
-
-    def not_loaded(self) -> dict[str, str]:
-        """Reasons why plug-ins were not loaded, by method's name."""
-        return self.broken
+        cells = [[name, entry.name, start] for name in names for entry in entries for start in entry.starts]
+        return cells, self.broken
 
     def vehicle(self, name: str) -> dict[str, Any]:
         """Facts about a vehicle that equations and rules need."""
@@ -279,15 +271,13 @@ class Orders:
         With ``numbers`` the vehicle is none of the tree's files: these are its attributes.
         """
         if vehicle not in self.vehicles:  # parsing YAML takes longer than building most allocators
-            self.vehicles[vehicle] = (
-                self._vehicle_of(vehicle, **numbers)
-                if numbers
-                else self.alloc.load_vehicle(self.files.get(vehicle, vehicle))
-            )
+            file = self.files.get(vehicle, vehicle)
+            made = self._vehicle_of(vehicle, **numbers) if numbers else self.alloc.load_vehicle(file)
+            self.vehicles[vehicle] = made
         # A copy: a method that writes into its vehicle must not change what another one is built from.
         loaded = replace(self.vehicles[vehicle])
-        for thruster, readiness in weaker:
-            loaded = loaded.with_fault(thruster, readiness)
+        for fault in weaker:
+            loaded = loaded.with_fault(*fault)
         if method in self.plugins:
             allocate = self.discovery.prepare(self.plugins[method], loaded, start=start)
         else:
@@ -336,7 +326,7 @@ class Orders:
             raise seen.first_error
         asked = [unpacked(taus), *map(unpacked, limits)]
         writes = any((a != b).any() for a, b in zip(columns, asked, strict=True))
-        many = getattr(allocate, "many", None)  # a user's plug-in may have no such function
+        many: Any = getattr(allocate, "many", None)  # a user's plug-in may have no such function
         together = []
         for lot in LOTS if many is not None and not seen.raised and not seen.odd else ():
             some, *sides = (column[: len(seen.status)][lot].copy() for column in asked)
@@ -345,8 +335,7 @@ class Orders:
 
     def forms(self, cell: str, taus: Packed, limits: list[Packed]) -> dict[str, Any]:
         """How the allocator that was built for the cell first answers other forms of calls."""
-        answered: dict[str, Any] = contract.forms(self.early[cell].allocate, *map(unpacked, (taus, *limits)))
-        return answered
+        return dict(contract.forms(self.early[cell].allocate, *map(unpacked, (taus, *limits))))
 
     def many(self, cell: str, taus: Packed, limits: list[Packed]) -> dict[str, Any]:
         """Status and f of each demand, by ``many`` alone."""
@@ -358,7 +347,7 @@ class Orders:
         self.demands[vehicle] = [np.array(tau) for tau in taus]
 
     def settle(self, core: int | None) -> None:
-        """Once everything is built: pin the process to a core and switch garbage collection off."""
+        """Pin the process to a core and switch garbage collection off, once everything is built."""
         if core is not None and hasattr(os, "sched_setaffinity"):
             os.sched_setaffinity(0, {core})
         gc.collect()
@@ -393,18 +382,16 @@ def _other_than(own: tuple[Any, Any], sides: list[Any]) -> list[Any]:
 
 def main() -> None:
     """Carry out orders until stdin ends; an exception is sent as a reply."""
-    orders = Orders()
-    with os.fdopen(int(sys.argv[1]), "w") as replies:
-        for line in sys.stdin:
-            order = json.loads(line)
-            try:
-                reply = json.dumps({"value": getattr(orders, order.pop("do"))(**order)})
-                orders.look()
-            except Exception as error:
-                kind = type(error).__name__
-                reply = json.dumps({"error": f"{kind}: {error}", "kind": kind})
-            replies.write(reply + "\n")
-            replies.flush()
+    orders, replies = Orders(), os.fdopen(int(sys.argv[1]), "w")
+    for line in sys.stdin:
+        order = json.loads(line)
+        try:
+            reply = json.dumps({"value": getattr(orders, order.pop("do"))(**order)})
+            orders.look()
+        except Exception as error:
+            reply = json.dumps({"error": f"{type(error).__name__}: {error}", "kind": type(error).__name__})
+        replies.write(reply + "\n")
+        replies.flush()
 
 
 if __name__ == "__main__":

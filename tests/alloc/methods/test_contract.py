@@ -13,6 +13,7 @@ from alloc.discovery import Entry
 from alloc.errors import DemandError
 from alloc.formulations import Family, find_formulation
 from bench.demands.near_degenerate import edge_demands, numbered
+from bench.gate import contract
 from tests.not_asked import not_asked
 
 N_DEMANDS = 12
@@ -169,19 +170,19 @@ def test_whatever_thruster_is_off_a_method_in_python_gives_it_no_thrust(
             assert np.isnan(f).all() or f[thruster] == 0.0
 
 
-def test_a_list_and_a_strided_array_are_demands(
+def test_every_form_of_a_call_has_the_usual_answer(
     entry: Entry, small: Vehicle, rng: np.random.Generator
 ) -> None:
+    """The table that the gate asks of plug-ins too: lists, strided arrays, limits by name, ``many``."""
     allocate = prepared(entry, small)
-    tau = demands(small, rng, 0.3)[0]
-    listed = allocate(tau.tolist())
-    assert (
-        np.abs(listed.f - allocate(tau).f).max() <= 2 * allocate.tolerance * small.f_scale
-        or np.isnan(listed.f).all()
-    )
-    strided = np.repeat(tau, 2)[::2]
-    assert not strided.flags.c_contiguous or len(tau) == 1
-    assert allocate(strided).f.shape == (small.n,)
+    taus = demands(small, rng, 0.3)[:5]
+    low, high = (np.tile(side / 2, (len(taus), 1)) for side in (small.f_min, small.f_max))
+    answered = contract.forms(allocate, taus, low, high)
+    allowed = 2 * (allocate.tolerance if allocate.tolerance < 1.0 else 1e-9) * small.f_scale
+    wrong = {form: held for form, held in answered.items() if not held.get("apart", np.inf) <= allowed}
+    assert not wrong
+    assert all(held["same"] for held in answered.values())
+    assert len(answered) >= len(contract.CONVERSIONS) + 2
 
 
 def test_nan_infinity_and_numbers_beyond_1e100_are_refused(entry: Entry, small: Vehicle) -> None:
