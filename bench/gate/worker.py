@@ -86,7 +86,7 @@ class Answers:
     def add(self, answer: Any) -> None:
         """Append an answer; raises what reading something else raises."""
         f, status = answer[0], int(answer[1])
-        # A user's plug-in, and an older tree, may give no shares.
+        # A user's plug-in may give no shares.
         shares = list(map(float, answer[4])) if len(answer) > 4 else []
         if getattr(f, "shape", ()) != (len(self._nothing),) or f.dtype.kind not in "fiu":
             self.odd.append(len(self.status))
