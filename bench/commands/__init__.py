@@ -98,7 +98,7 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
             "--columns",
             default="",
             metavar="D=C,…",
-            help="Columns of a table: surge=fx,t=stamp,volts=battery.",
+            help="Columns of a table: surge=X [N],t=stamp [ms].",
         ),
         click.option(
             "--frame", type=click.Choice(["frd", "flu"]), help="What the log is in, whatever it says."

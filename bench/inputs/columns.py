@@ -74,6 +74,8 @@ FRAMES = ("frame", "frame.id", "header.frame.id", "field.header.frame.id")
 _BRACKETS = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>(?!\d+[\])])[^\])]*)[\])]\s*")
 _SUFFIX = re.compile(r"(?P<name>.+)_(?P<unit>s|sec|m?s|msec|us|usec|ns|k?Nm?|m?V)")
 _AXES = {name: axis for wrench in WRENCHES for name, axis in zip(wrench.names, DOF, strict=True) if name}
+_ANGLES = {name for name in _AXES if {*MOMENTS} & {*name.split(".")} and not name.startswith("tau.")}
+"""Known names of moments that attitudes have as well, as ``yaw`` and ``yaw.cmd``."""
 
 
 class Column(NamedTuple):
@@ -146,13 +148,14 @@ def assign(
     columns are of two spellings, or a unit is not stated, or not known.
     """
     known = _known(header, units)
-    found = {q: named_column(place, header, units, q, given[q]) for q in (*dof, TIME) if q in given}
+    found = {q: named_column(place, header, units, q, given) for q in (*dof, TIME) if q in given}
     by_table: dict[str, Column] = {}
     for axis in (axis for axis in dof if axis not in given):
         columns = [column for column in known.get(axis, []) if not isnan(column.factor)]
         if len(columns) > 1:
             names = " and ".join(repr(column.name[:40]) for column in columns[:3])
-            raise DemandError(f"{place}: {axis} may be {names}; rename one, or --columns '{axis}=NAME'")
+            option = columns_option({**given, axis: "NAME"})
+            raise DemandError(f"{place}: {axis} may be {names}; rename one, or {option}")
         by_table |= {axis: columns[0]} if columns else {}
     if every and (missing := [axis for axis in dof if axis not in found and axis not in by_table]):
         raise DemandError(f"{place}: {_missed(header, units, known, given, missing)}")
@@ -163,10 +166,22 @@ def assign(
             f"{place}: {names} are of two spellings, expected one, as yaw beside Fx may be an angle;"
             f" if they are the demand, {columns_option(named)}"
         )
+    if any(axis in given for axis in dof if axis not in MOMENTS) and (angles := angles_of(by_table)):
+        raise DemandError(
+            f"{place}: {listed([*angles.values()])} may be an attitude, as no force has a known name;"
+            f" if they are the demand, {columns_option({**given, **angles})}"
+        )
     found |= by_table
     if TIME not in given and (stamps := known.get(TIME, []) + _two_columns(header)):
-        found[TIME] = stamps[0]
+        other = [column for column in stamps if isnan(column.factor) and column.unit]  # as T [C]
+        found[TIME] = next((column for column in stamps if column not in other), stamps[0])
     return found
+
+
+def angles_of(found: Mapping[str, Column]) -> dict[str, str]:
+    """By axis, names of moments without a unit that may be an attitude; none beside a force."""
+    columns = {axis: c.name for axis, c in found.items() if not c.unit and key(c.name) in _ANGLES}
+    return columns if {*found} <= {*MOMENTS} else {}
 
 
 def _known(header: Sequence[str], units: Sequence[str]) -> dict[str, list[Column]]:
@@ -199,9 +214,10 @@ def _two_columns(header: Sequence[str]) -> list[Column]:
 
 
 def named_column(
-    place: str, header: Sequence[str], units: Sequence[str], quantity: str, wanted: str
+    place: str, header: Sequence[str], units: Sequence[str], quantity: str, given: Mapping[str, str]
 ) -> Column:
-    """The column that --columns names, by its whole name, or by that with a unit behind it."""
+    """The column that --columns gives a quantity, by its whole name, or by that with a unit behind it."""
+    wanted = given[quantity]
     match = _BRACKETS.fullmatch(wanted)
     name, unit = (match["name"], match["unit"]) if match and wanted not in header else (wanted, "")
     if header.count(name) != 1:
@@ -218,10 +234,11 @@ def named_column(
     column = Column(i, name, usual[0] if usual else factor_of(quantity, unit), unit)
     if isnan(column.factor) and quantity != TIME:  # dates have no unit
         got = f"unit {unit[:40]!r}" if unit else "no unit"
+        unit_added = proposed(quantity, name)
         raise DemandError(
             f"{place}: column {name[:40]!r} for {quantity} has {got}, expected one of"
-            f" {', '.join(units_of(quantity))}; {columns_option({quantity: proposed(quantity, name)})}, and"
-            " --scale for any other"
+            f" {', '.join(units_of(quantity))}; {columns_option({**given, quantity: unit_added})}"
+            f"{', and --scale for any other' if quantity in DOF else ''}"
         )
     return column
 
@@ -299,8 +316,10 @@ def understood(
         if column.name == quantity and not column.unit:
             own.append(quantity)
             continue
-        usual = "" if isnan(column.factor) or column.rest is not None else next(iter(units_of(quantity)))
-        unit = column.unit or usual
+        usual = TIMES.get(key(column.name), "") or next(iter(units_of(quantity)))
+        known = not (isnan(column.factor) or column.rest is not None)
+        shares = any(wrench.shares for wrench in wrenches_of([column.name]))
+        unit = column.unit or (usual if known and not shares else "")
         rest = f" and '{header[column.rest]}'" if column.rest is not None else ""
         stated = f" [{unit}]" if unit and split(column.name)[1] != unit else ""
         parts.append(f"{quantity} from '{column.name}'{rest}{stated}")

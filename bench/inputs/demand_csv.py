@@ -76,7 +76,7 @@ def read_demands(
     values, lines, blank, cells = read_rows(table, used, found.get(TIME), [found[axis].place for axis in dof])
     if not lines:
         raise DemandError(f"{path}: holds no demands; give one row a demand below the header")
-    t = times(table, found.get(TIME), values, lines)
+    t = times(table, found.get(TIME), values, lines, given)
     also = {place for place in cells if cells[place]}
     said = understood(path.name, table.header, found, limits, also)
     if blank:
@@ -143,12 +143,16 @@ def read_rows(
 
 
 def times(
-    table: Cells, column: Column | None, values: Mapping[str, FloatArray], lines: Sequence[int]
+    table: Cells,
+    column: Column | None,
+    values: Mapping[str, FloatArray],
+    lines: Sequence[int],
+    given: Mapping[str, str],
 ) -> FloatArray | None:
     """Times (N,) [s], None without a column; raises FileError without a unit, DemandError if they go back."""
     if column is None or not lines:
         return None
-    t = values[TIME] * table.time_factor(column)
+    t = values[TIME] * table.time_factor(column, given)
     if column.rest is not None:
         t = values[TIME] - values[TIME][0] + (values[NANOSECONDS] - values[NANOSECONDS][0]) * 1e-9
     if (back := np.flatnonzero(np.diff(t) < 0)).size:

@@ -12,8 +12,8 @@ from bench.inputs.columns import FRAMES, key, wrenches_of
 
 FIXED = ("earth", "map", "odom", "world", "ned", "enu")
 """First words of ROS's frames that stay with the earth (REP 105), not with the vehicle."""
-_ROS = re.compile(r"(?:force|torque)[./_][yz]\b", re.IGNORECASE)
-"""Names of geometry_msgs' fields along y and z, whose signs depend on the frame."""
+_ROS = re.compile(r"(?:force|torque)\.[yz](?![^\W_])")
+"""Keys of geometry_msgs' fields along y and z, whose signs depend on the frame."""
 REMEDY = "give --frame frd or flu"
 _DOWN = re.compile(r"(\b|_|base|body|link)(ned|frd|fsd)(\b|_)", re.IGNORECASE)
 """A word of a ROS frame with z down: north, east, down; ahead, to the right or to starboard, down."""
@@ -144,7 +144,7 @@ def of_table(text: str, header: Sequence[str], cells: dict[int, set[str]], names
     if len(sources) == 1 and ("flu", "ROS") not in sources:
         frame, source = sources.pop()
         return Stated(frame, f"as {source} has it") if frame else Stated()
-    return Stated(ros=next(filter(_ROS.search, names), ""))
+    return Stated(ros=next((name for name in names if _ROS.search(key(name))), ""))
 
 
 def in_frame(

@@ -15,6 +15,7 @@ from bench.inputs.columns import VOLTS, Column, named_column, split
 
 _LIMIT = re.compile(r"f(?P<thruster>\d{1,9})_(?P<side>min|max)")
 _SIDE = "(?:min|max|minimum|maximum|lower|upper|lb|ub)"
+_WORDS = "(?:force|thrust|lim(?:it)?)*"
 
 
 def limit_columns(
@@ -42,11 +43,11 @@ def limit_columns(
     places = {f"{name}_{side}": f"f{i}_{side}" for i, name in named.items() for side in ("min", "max")}
     who = "|".join(
         [
-            r"(?:f|force|thrust|thruster|limit|forcelimit)\d*",
+            r"(?:f|force|thrust|thruster|lim|limit|forcelimit)\d*",
             *(re.escape(_squeezed(n)) for n in named.values()),
         ]
     )
-    like = re.compile(rf"(?:{who}){_SIDE}\d*|{_SIDE}(?:{who})")
+    like = re.compile(rf"(?:{who}){_WORDS}{_SIDE}{_WORDS}\d*|{_SIDE}{_WORDS}(?:{who})")
     others = {column.place for quantity, column in found.items() if quantity in given}
     for i, column in enumerate(header):
         below = units[i] if i < len(units) else ""
@@ -69,7 +70,7 @@ def limit_columns(
                 raise DemandError(f"{place}: {column!r} is in {unit}, expected N, or V or mV for volts")
             limits[name] = Column(i, column, factors[unit], unit)
     if VOLTS in given:
-        limits[VOLTS] = named_column(place, header, units, VOLTS, given[VOLTS])
+        limits[VOLTS] = named_column(place, header, units, VOLTS, given)
     return limits
 
 

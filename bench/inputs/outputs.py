@@ -10,7 +10,7 @@ from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from alloc.vehicle.geometry import MOMENTS
-from bench.inputs.columns import TIME, VOLTS, WRENCHES, assign, columns_option, understood, wrenches_of
+from bench.inputs.columns import TIME, VOLTS, angles_of, assign, columns_option, understood, wrenches_of
 from bench.inputs.demand_csv import read_rows, times
 from bench.inputs.frames import Stated, in_frame, of_table
 from bench.inputs.log_files import reader
@@ -102,11 +102,9 @@ def _read_table(path: Path, vehicle: Vehicle, given: Mapping[str, str]) -> Outpu
         )
     found = assign(table.place, table.header, table.units, vehicle.dof, given, every=False)
     axes = [axis for axis in vehicle.dof if axis in found]
-    angles = [axis for axis in axes if axis not in given and not found[axis].unit]
-    if not {*axes} <= {*MOMENTS} or wrenches_of(found[axis].name for axis in angles) - {WRENCHES[0]}:
-        angles = []
-    angled = {axis: found.pop(axis).name for axis in angles}
-    axes = [axis for axis in axes if axis not in angles]
+    angled = {} if {*axes} - {*MOMENTS} else angles_of({a: found[a] for a in axes if a not in given})
+    axes = [axis for axis in axes if axis not in angled]
+    found = {quantity: column for quantity, column in found.items() if quantity not in angled}
     limits = limit_columns(table.place, table.header, table.units, given=given, found=found)
     volts = {name: column for name, column in limits.items() if name == VOLTS}
     commands = [table.header.index(name) for name in names]
@@ -128,7 +126,7 @@ def _read_table(path: Path, vehicle: Vehicle, given: Mapping[str, str]) -> Outpu
         said += f"; {', '.join(angled.values())} without a force may be attitude"
         said += f"; {columns_option(angled)} if N m"
     return Outputs(
-        times(table, found.get(TIME), values, lines),
+        times(table, found.get(TIME), values, lines, given),
         np.column_stack([values[name] for name in names]),
         values[VOLTS] * volts[VOLTS].factor if volts else None,
         _demands(vehicle.dof, {axis: values[axis] * found[axis].factor for axis in axes}) if axes else None,

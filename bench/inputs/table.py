@@ -3,7 +3,7 @@
 import csv
 import io
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from math import isnan
@@ -103,7 +103,7 @@ class Cells:
             raise self.error(line, f"{name} is {text[:40]!r}, too large; check its unit")
         return value
 
-    def time_factor(self, column: Column) -> float:
+    def time_factor(self, column: Column, given: Mapping[str, str]) -> float:
         """From a time column's numbers to s, 1 for dates; raises FileError where nothing states its unit."""
         if self.dates:
             return 1.0
@@ -112,7 +112,7 @@ class Cells:
             raise self.error(
                 self.line,
                 f"times {column.name[:40]!r} have {got}, expected one of {', '.join(SECONDS)};"
-                f" {columns_option({TIME: f'{column.name[:40]} [ms]'})}",
+                f" {columns_option({**given, TIME: f'{column.name} [UNIT]'})}",
             )
         return column.factor
 

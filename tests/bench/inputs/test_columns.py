@@ -101,7 +101,8 @@ def test_a_time_whose_unit_nothing_states_is_refused_with_the_line_that_does(
     message = refusal(file, f"{name},surge,sway,yaw{below}\n0,1,2,3\n20,1,2,4\n")
     got = "unit 'ks'" if below else "no unit"
     assert f"line 1: times '{name}' have {got}, expected one of s, sec, ms" in message
-    assert read_demands(file, DOF, pasted(message)).t == pytest.approx([0, 0.02])
+    option = pasted(message.replace("[UNIT]", "[ms]"))
+    assert read_demands(file, DOF, option).t == pytest.approx([0, 0.02])
 
 
 @pytest.mark.parametrize(
@@ -310,3 +311,45 @@ def test_columns_that_are_left_out_are_named_and_times_asked_for(file: Path) -> 
     asked = read_demands(written(file, ",surge,sway,yaw,yaw_target,Zeit\n0,1,2,3,4,5\n"), DOF)
     left_out = "left out: one without a name, yaw_target, Zeit; no times without --columns 't=NAME [s]'"
     assert (asked.t, asked.said) == (None, f"demands.csv: surge, sway, yaw by name; {left_out}")
+
+
+@pytest.mark.parametrize("header", ["t,X,Y,yaw", "t,X,Y,yaw_cmd"])
+def test_a_moment_that_may_be_an_attitude_is_refused_beside_forces_that_the_user_names(
+    file: Path, header: str
+) -> None:
+    """Attitude in degrees was taken for N m, after the line that an earlier refusal had printed."""
+    text, named = f"{header}\n0,1,2,30\n", "surge=X [N],sway=Y [N]"
+    message = refusal(file, text, named)
+    assert "may be an attitude" in message
+    assert read_demands(file, DOF, pasted(message)).taus.tolist() == [[1, 2, 30]]
+
+
+def test_a_printed_option_repeats_what_was_given(file: Path) -> None:
+    """Pasted, the second refusal's line lost the axes of the first."""
+    message = refusal(file, "stamp,X,Y,Z\n0,1,2,3\n", "surge=X [N],sway=Y [N],yaw=Z [Nm],t=stamp")
+    assert set(pasted(message)) == {"surge", "sway", "yaw", "t"}
+    assert "[UNIT]" in message
+
+
+def test_a_column_called_t_in_no_unit_of_time_leaves_the_time_to_another(file: Path) -> None:
+    asked = read_demands(written(file, "time [s],T [C],surge,sway,yaw\n1,20,1,2,3\n2,20,1,2,3\n"), DOF)
+    assert asked.t is not None
+    assert asked.t.tolist() == [1, 2]
+
+
+@pytest.mark.parametrize(("name", "unit"), [("TimeUS", "us"), ("millis", "ms")])
+def test_the_unit_that_a_known_name_of_a_time_has_is_said(file: Path, name: str, unit: str) -> None:
+    said = read_demands(written(file, f"{name},surge,sway,yaw\n0,1,2,3\n9,1,2,3\n"), DOF).said
+    assert f"t from '{name}' [{unit}]" in said
+
+
+@pytest.mark.parametrize("name", ["f0_lower_limit", "thruster0_force_max", "lim0_max"])
+def test_a_column_like_a_limit_is_refused_with_the_name_to_write(file: Path, name: str) -> None:
+    written(file, f"surge,sway,yaw,{name}\n1,2,3,4\n")
+    assert "f0_min" in refused(lambda: read_log(file, DOF), file)
+
+
+@pytest.mark.parametrize("header", ["force x,force y,torque z", "Force.X,Force.Y,Torque.Z"])
+def test_columns_named_as_in_ros_need_a_frame_however_they_are_spelled(file: Path, header: str) -> None:
+    written(file, f"{header}\n1,2,3\n")
+    assert "is named as in ROS" in refused(lambda: read_log(file, DOF), file)
