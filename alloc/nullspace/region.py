@@ -160,11 +160,11 @@ class Region:
         """(1, d) normal of a slab."""
         return np.array(self.slabs[i].normal)[None]
 
-    def plane(self, i: int) -> "Plane":
+    def plane(self, i: int) -> "SlabPlane":
         """Plane of a slab, for many calls."""
         slab = self.slabs[i]
         assert slab.plane is not None  # d > 1
-        return Plane(np.array(slab.base), np.array(slab.shift), np.array(slab.along), slab.plane)
+        return SlabPlane(np.array(slab.base), np.array(slab.shift), np.array(slab.along), slab.plane)
 
     def _limits(self, lower: Point, upper: Point) -> tuple[Point, Point] | None:
         """lo and hi of each slab from its rows' limits; None where no z can meet them."""
@@ -277,7 +277,7 @@ def _alike(A: FloatArray, leader: int, rows: list[int], tolerance: float) -> Ali
     return Alike(tuple(zip(rows, scales, strict=True)), tolerance * min(map(abs, scales)))
 
 
-class Plane(NamedTuple):
+class SlabPlane(NamedTuple):
     """A slab's plane as in ``Slab``, for many calls; of many matrices A the last axis counts those."""
 
     base: FloatArray
@@ -343,7 +343,7 @@ class Regions:
         """(1, d, B) the row itself."""
         return self.A[i : i + 1]
 
-    def plane(self, i: int) -> Plane:
+    def plane(self, i: int) -> SlabPlane:
         """Plane of a row: a Householder reflection turns the row onto an axis; its other columns span it."""
         size = np.where(self.flat[i], 1.0, self.sizes[i])
         base, mirror = self.A[i] / size**2, self.A[i] / size
@@ -354,7 +354,7 @@ class Regions:
         inside = np.einsum("jdb,deb->jeb", self.A[:i], turned[:, 1:])
         parallel = np.sqrt((inside**2).sum(axis=1)) <= RANK_TOLERANCE * self.sizes[:i]
         inside[np.broadcast_to(parallel[:, None], inside.shape)] = 0.0
-        return Plane(base, shift, turned[:, 1:], Regions(inside, self.slack))
+        return SlabPlane(base, shift, turned[:, 1:], Regions(inside, self.slack))
 
 
 def nearest_many(

@@ -63,7 +63,7 @@ def _beside(name: str) -> Any:
 contract = _beside("contract")
 
 
-class Answers:
+class AnswerLog:
     """Answers of an allocator as they come, in a form that JSON can hold.
 
     Attributes
@@ -311,7 +311,7 @@ class Orders:
         """
         allocate, own = (self.early if early else self.built)[cell]
         columns = [unpacked(taus), *map(unpacked, limits)]
-        seen = Answers(len(own[0]))
+        seen = AnswerLog(len(own[0]))
         end = monotonic() + seconds
         for tau, *sides in zip(*columns, strict=True):
             if seen.status and monotonic() > end:

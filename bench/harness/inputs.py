@@ -84,7 +84,7 @@ def read_contenders(settings: RunSettings) -> list[Contender]:
     Whoever names methods gets them: ``settings.without`` leaves families out of all methods only. Raises
     UnknownName for a name that no method has.
     """
-    plugged = plugged_in(settings)
+    plugged = plugin_contenders(settings)
     wanted = settings.methods or (() if plugged else ("*",))
     known = [*(contender.method.name for contender in plugged), *(entry.name for entry in catalogue())]
     for name in wanted:
@@ -120,7 +120,7 @@ def doubt_contenders(contenders: list[Contender], settings: RunSettings) -> list
     return [contender.trouble for contender in plugged if contender.trouble]
 
 
-def plugged_in(settings: RunSettings) -> list[Contender]:
+def plugin_contenders(settings: RunSettings) -> list[Contender]:
     """The plug-ins, each imported, built for the run's first vehicle and asked twice by a worker.
 
     A file that crashes or hangs meanwhile takes part under its name. The run measures a plug-in that has a

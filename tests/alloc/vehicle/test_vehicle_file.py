@@ -108,7 +108,7 @@ def test_a_vehicle_in_the_other_frame_has_its_poses_turned(file: Path) -> None:
     np.testing.assert_allclose(there.T[:, :5], expected, atol=1e-15)
     np.testing.assert_array_equal(there.with_frame("frd").T, here.T)
     assert here.with_frame("frd") is here
-    with pytest.raises(VehicleError, match="give one of frd, flu"):
+    with pytest.raises(VehicleError, match="unknown frame 'ned'; expected frd or flu"):
         here.with_frame("ned")
 
 

@@ -217,7 +217,7 @@ def test_thrusters_are_named_in_fault_and_header_as_the_vehicle_names_them(tmp_p
 def test_how_a_log_was_understood_is_said_beside_the_thrusts(tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text("time [ms];Fx;Fy;Mz\n0;10,5;0;0\n")
     result = allocate("--vehicle", "ukwial", "--method", "pinv", tmp_path / "log.csv")
-    assert result.stderr.startswith("log.csv: surge from 'Fx'; ")
+    assert result.stderr.startswith("log.csv: surge from 'Fx' [N]; ")
     _, F = thrusts(result.stdout)
     np.testing.assert_allclose(load_vehicle("ukwial").T @ F[0], [10.5, 0, 0], atol=1e-7)
 

@@ -6,12 +6,12 @@ import pytest
 from click.testing import CliRunner
 
 from bench.__main__ import cli
-from bench.harness.inputs import plugged_in
+from bench.harness.inputs import plugin_contenders
 from bench.harness.plan import RunSettings
 from bench.record import Cell, read
 
 PLUGIN = """
-from alloc import generalized_inverse
+from alloc.closed_forms.inverse import generalized_inverse
 from alloc.methods.pinv import FORMULATION, build as pinv
 
 class Allocator:
@@ -67,7 +67,7 @@ def test_what_goes_wrong_with_a_plug_in_is_said_as_a_run_begins_with_its_line(tm
     (tmp_path / "short.py").write_text("def build(vehicle):\n    return lambda tau: [1, 2]\n")
     plugins = tuple(str(tmp_path / f"{name}.py") for name in ("sound", "breaks", "short"))
     settings = RunSettings(demands=(), vehicles=("ukwial",), plugins=plugins)
-    sound, breaks, short = (contender.trouble for contender in plugged_in(settings))
+    sound, breaks, short = (contender.trouble for contender in plugin_contenders(settings))
     assert sound == ""
     assert "breaks.py, on ukwial: failed: line 3: AttributeError: 'Vehicle' object has no attr" in breaks
     assert "short.py, on ukwial: failed: PluginError: the function gave an array of shape (2,)" in short

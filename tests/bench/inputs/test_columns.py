@@ -1,4 +1,4 @@
-"""Which column of a table is what: known headers, their units, and what --columns settles."""
+"""Columns of a table: known headers, their units, and --columns."""
 
 from pathlib import Path
 

@@ -137,7 +137,7 @@ def test_what_was_understood_is_said_in_one_line(file: Path) -> None:
 
 
 def test_rows_that_repeat_the_row_before_or_its_time_are_doubted(file: Path) -> None:
-    """Where a part of a log stands in it twice, that part has twice its share of all numbers."""
+    """A part of a log that stands in it twice has twice its share of all numbers."""
     rows = "".join(f"{1_700_000_000 + i // 20},{i},2,3\n" for i in range(45))
     still = read_log(written(file, f"t,surge,sway,yaw\n{rows}"), DOF).doubt
     assert (

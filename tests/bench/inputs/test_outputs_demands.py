@@ -40,7 +40,7 @@ def with_demands(folder: Path, axes: str, comment: str = "") -> Path:
 
 
 def test_demands_named_as_in_ros_are_refused_until_a_frame_is_given(tmp_path: Path) -> None:
-    """What was undone had the wrong sign along y and z, and --frame was refused."""
+    """The undone part had the wrong sign along y and z, and --frame was refused."""
     ros = "force.x,force.y,force.z,torque.x,torque.y,torque.z"
     file = with_demands(tmp_path, ros)
     with pytest.raises(AllocError, match=r"'force.y' is named as in ROS, where z is up"):
@@ -76,7 +76,7 @@ def test_rows_of_logs_that_were_merged_have_commands_a_demand_or_both(none: str,
 
 
 def test_commands_and_demands_that_share_no_row_are_said_to(tmp_path: Path) -> None:
-    """That the log had no demands was said of one that had some in every other row."""
+    """A log with demands in every other row was said to have none."""
     file = tmp_path / "joined.csv"
     rows = ["0,,,,,,,,,10,5", "1,1600,1600,1600,1600,1600,1600,1600,1600,,", "2,,,,,,,,,11,5"]
     file.write_text("\n".join(["t,u0,u1,u2,u3,u4,u5,u6,u7,surge,yaw", *rows]))
