@@ -153,8 +153,8 @@ MUTANTS = (
     Mutant("infeasible demands begin inside the set", "BEYOND = (1.02, 2.0)", "BEYOND = (0.98, 2.0)"),
     Mutant(
         "the first demand of a file is dropped",
-        "    values = np.array(numbers)\n    taus",
-        "    values = np.array(numbers[1:] or numbers)\n    taus",
+        "    return dict(zip(places, values, strict=True)), lines",
+        "    return dict(zip(places, values[:, 1:], strict=True)), lines",
     ),
     Mutant(
         "a log's upper limits widen the vehicle's",
@@ -185,8 +185,8 @@ MUTANTS = (
     ),
     Mutant(
         "the least share of answered demands is the largest",
-        'j.loss.get("answered_share"),\n        min,',
-        'j.loss.get("answered_share"),\n        max,',
+        'got a finite f; losses are of these.", worst=min)',
+        'got a finite f; losses are of these.", worst=max)',
     ),
     Mutant("the gate overlooks wrong answers", "    if lost or wrong:\n", "    if lost:\n"),
     Mutant(
