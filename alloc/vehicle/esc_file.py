@@ -29,10 +29,10 @@ COLUMNS = {
     "kgf": ("kgf", "force (kg f)", "force (kgf)", "thrust (kgf)", "force [kgf]", "thrust [kgf]"),
     "volts": ("volts", "voltage", "voltage (v)", "volts [v]"),
 }
-"""What a column of a curve may be called, in small letters; makers' own headers among them."""
+"""Names that a column of a curve may have, in small letters; makers' own headers among them."""
 
 OTHER_MARKS = {";": "semicolons", "\t": "tabs"}
-"""What else may stand between the cells of a table, and is not read here."""
+"""Other separators of a table's cells, which are not read here."""
 
 
 class ThrustCurve(NamedTuple):

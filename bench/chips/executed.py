@@ -73,7 +73,7 @@ ONE = {
     *("mul", "smull", "umull", "smlal", "umlal", "umaal", "uxtab", "uxtah", "pkhbt", "pkhtb"),
     *("neg", "vabs", "vneg", "vcmp", "vcmpe", "vmrs", "vmsr"),
 }
-"""What takes one cycle; where it writes pc, P more."""
+"""Instructions that take one cycle; P more where they write pc."""
 WORDS = {"ldr", "ldrb", "ldrh", "ldrsb", "ldrsh", "str", "strb", "strh", "vldr", "vstr"}
 MANY = {
     *("push", "pop", "ldm", "ldmia", "ldmdb", "stm", "stmia", "stmdb"),

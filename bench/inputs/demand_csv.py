@@ -95,7 +95,7 @@ def read_demands(
 
 
 NANOSECONDS = "t, nanoseconds"
-"""Where a stamp's nanoseconds stand in a column of their own."""
+"""Key of a stamp's nanoseconds that stand in a column of their own."""
 
 
 def read_rows(

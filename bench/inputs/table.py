@@ -19,7 +19,7 @@ COMMENT = ("#", "%", "//")
 LARGEST = 1e20
 """Bound on times, in any unit: a date in ns is 1.7e18."""
 _MARK = re.compile(r"\s*(?:#|//|%(?!\s*(?:[,;\t%]|$)))+\s*")
-"""What makes a line a comment; a percent sign that is a cell of its own is a unit."""
+"""Start of a comment line; a percent sign that is a cell of its own is a unit."""
 _SEPARATOR = re.compile(r"sep=.[ \r]*$", re.IGNORECASE | re.MULTILINE)
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?", re.ASCII)

@@ -32,7 +32,7 @@ from bench.record.schema import (
 
 FILE_NAME = "record.jsonl"
 PACKED = FILE_NAME + ".gz"
-"""What `gzip record.jsonl` makes of a finished record: a fifth of the size, to be kept or mailed."""
+"""Name of a finished record after `gzip record.jsonl`: a fifth of the size, to be kept or mailed."""
 
 
 class RecordError(AllocError):

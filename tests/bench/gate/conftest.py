@@ -7,7 +7,6 @@ import pytest
 from alloc import Allocation, Vehicle, build, load_vehicle
 from bench.demands import DemandSet
 from bench.gate import questions as gate_questions
-from bench.gate import run
 from bench.gate.answers import first
 from bench.gate.questions import AXES, demand_sets
 from bench.judging.question import Question, ask_here, questions
@@ -51,9 +50,3 @@ def few_demands() -> Iterator[None]:
         gate_questions.nearly_symmetric.cache_clear()
         yield
     gate_questions.nearly_symmetric.cache_clear()
-
-
-@pytest.fixture
-def untimed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The gate stops behind answers, where neither times nor counts are the test's subject."""
-    monkeypatch.setattr(run, "_time", lambda *_: None)
