@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.places import ROOT
+from tests.places import ROOT, other_pytest
 
 CPU = Path("/proc/cpuinfo")
 pytestmark = [
@@ -46,10 +46,9 @@ def elsewhere(folder: Path, test: str, *where: str) -> subprocess.CompletedProce
     shutil.copy(ROOT / "tests" / "in_process.py", folder / "tests")
     (folder / ".venv").symlink_to(sys.prefix)
     (folder / "test_planted.py").write_text(test)
-    environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")}
     return subprocess.run(
         [folder / ".ci" / "elsewhere", *where, "--", "-q", "test_planted.py"],
-        env=environment | {"OPENBLAS_CORETYPE": "Haswell", "PYTHONPATH": str(folder)},
+        env=other_pytest() | {"OPENBLAS_CORETYPE": "Haswell", "PYTHONPATH": str(folder)},
         capture_output=True,
         text=True,
     )

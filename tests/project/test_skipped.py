@@ -1,11 +1,10 @@
 """CI is red where a test was skipped, or left out, by each of its runs."""
 
-import os
 import subprocess
 import sys
 from pathlib import Path
 
-from tests.places import ROOT
+from tests.places import ROOT, other_pytest
 
 TESTS = """\
 import os, pytest
@@ -33,9 +32,7 @@ def test_never(tool):
 def test_left_out():
     pass
 """
-PLACE = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")} | {
-    "PYTHONPATH": str(ROOT)
-}
+PLACE = other_pytest() | {"PYTHONPATH": str(ROOT)}
 
 
 def found(folder: Path) -> subprocess.CompletedProcess[str]:

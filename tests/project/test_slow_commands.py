@@ -27,7 +27,7 @@ from tests.analysers import needs_frama_c
 from tests.clusters import loopback_cluster
 from tests.emulators import available
 from tests.pages import saved
-from tests.places import ROOT
+from tests.places import ROOT, other_pytest
 from tests.project.test_typed_commands import GIVEN, LONG, PAGES, SHORT, commands, in_prose
 
 pytestmark = [pytest.mark.long, pytest.mark.skipif(bool(missing()), reason=missing() or "-")]
@@ -284,7 +284,7 @@ def outside(words: list[str], desk: Path, tree: Path) -> None:
 def benchmark(words: list[str], folder: Path) -> None:
     """Run the suite of pytest-benchmark, which writes into the folder."""
     # pytest-benchmark switches itself off under xdist, whose variables would reach this run.
-    alone = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST_")}
+    alone = other_pytest()
     written = [str(folder / word) if word in ("A.json", "pictures/call") else word for word in words[1:]]
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *written]
     done = subprocess.run(command, cwd=ROOT, env=alone, capture_output=True, text=True, check=False)

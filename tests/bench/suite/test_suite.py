@@ -1,7 +1,6 @@
 """The pytest-benchmark suite: it passes, says what it timed, and two of its files can be compared."""
 
 import json
-import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -16,7 +15,7 @@ from bench.commands.compare import command as compare
 from bench.suite.answers import question
 from bench.suite.compare import BadBenchmarkFile, Benchmark, BenchmarkFile, Extra, Stats, read
 from bench.suite.compare import compare as ratios
-from tests.places import ROOT
+from tests.places import ROOT, other_pytest
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +29,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     options += ["--method=pinv", "--method=nullspace", "--method=mine", f"--plugin={mine}"]
     pytest_run = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "bench/suite", *options]
     # pytest-benchmark switches itself off under xdist, whose variables would reach this run.
-    alone = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST_")}
+    alone = other_pytest()
     done = subprocess.run(pytest_run, cwd=ROOT, env=alone, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     return path
@@ -66,7 +65,7 @@ def test_times_are_those_of_one_call(written: Path) -> None:
 
 
 def collected(*options: str) -> list[str]:
-    alone = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST_")}
+    alone = other_pytest()
     pytest_run = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--co", "bench/suite"]
     done = subprocess.run([*pytest_run, *options], cwd=ROOT, env=alone, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
