@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import zip_longest
 from math import isnan, nan
+from shlex import quote
 from typing import NamedTuple
 from unicodedata import normalize
 
@@ -76,6 +77,16 @@ _SUFFIX = re.compile(r"(?P<name>.+)_(?P<unit>s|sec|m?s|msec|us|usec|ns|k?Nm?|m?V
 _AXES = {name: axis for wrench in WRENCHES for name, axis in zip(wrench.names, DOF, strict=True) if name}
 _ANGLES = {name for name in _AXES if {*MOMENTS} & {*name.split(".")} and not name.startswith("tau.")}
 """Known names of moments that attitudes have as well, as ``yaw`` and ``yaw.cmd``."""
+_KINDS = {
+    **dict.fromkeys(("tau", "wrench"), DOF),
+    **dict.fromkeys(("force", "thrust"), DOF[:3]),
+    **dict.fromkeys(("torque", "moment"), DOF[3:]),
+}
+_ORDERS = ("cmd", "command", "des", "desired", "ref", "reference", "demand", "setpoint", "sp", "target")
+_WORDS = _KINDS | dict.fromkeys(_ORDERS, DOF) | {name: (axis,) for name, axis in _AXES.items()}
+"""Words of names of demands, and the axes that each may mean."""
+_LETTERS = {"x": DOF[::3], "y": DOF[1::3], "z": DOF[2::3], "k": DOF[3:4], "m": DOF[4:5], "n": DOF[5:]}
+"""Letters that mean axes beside a word for a wrench: ``z_ref`` is a depth."""
 
 
 class Column(NamedTuple):
@@ -144,19 +155,22 @@ def assign(
     every : whether each of ``dof`` needs one, else those are found that there are
     given : the column's name of some quantities, as the user states it
 
-    Raises DemandError, with the option --columns that settles it, where a DOF has no column, or several, or
-    columns are of two spellings, or a unit is not stated, or not known.
+    Raises DemandError, with the option --columns that settles it, where a DOF has no column, or may have
+    several, or columns are of two spellings, or a unit is not stated, or not known.
     """
     known = _known(header, units)
     found = {q: named_column(place, header, units, q, given) for q in (*dof, TIME) if q in given}
     by_table: dict[str, Column] = {}
+    several: dict[str, dict[int, str]] = {}
+    taken = {column.place for column in (*found.values(), *(c for each in known.values() for c in each))}
     for axis in (axis for axis in dof if axis not in given):
         columns = [column for column in known.get(axis, []) if not isnan(column.factor)]
-        if len(columns) > 1:
-            names = " and ".join(repr(column.name[:40]) for column in columns[:3])
-            option = columns_option({**given, axis: "NAME"})
-            raise DemandError(f"{place}: {axis} may be {names}; rename one, or {option}")
         by_table |= {axis: columns[0]} if columns else {}
+        others = {i: name for i, name in _possible(axis, header, units).items() if i not in taken}
+        if columns and len(columns) + len(others) > 1:
+            several[axis] = {column.place: column.name for column in columns} | others
+    if several:
+        raise DemandError(f"{place}: {_contested(header, several, given)}")
     if every and (missing := [axis for axis in dof if axis not in found and axis not in by_table]):
         raise DemandError(f"{place}: {_missed(header, units, known, given, missing)}")
     if by_table and not wrenches_of(column.name for column in by_table.values()):
@@ -176,6 +190,41 @@ def assign(
         other = [column for column in stamps if isnan(column.factor) and column.unit]  # as T [C]
         found[TIME] = next((column for column in stamps if column not in other), stamps[0])
     return found
+
+
+def _possible(axis: str, header: Sequence[str], units: Sequence[str]) -> dict[int, str]:
+    """Columns whose names have words of demands on an axis only: by place, each as --columns takes it."""
+    possible = {}
+    for i, (name, below) in enumerate(zip_longest(header, units[: len(header)], fillvalue="")):
+        bare, unit = split(name, below)
+        words = key(bare).split(".")
+        means = _WORDS | _LETTERS if {*words} & {*_KINDS} else _WORDS
+        says_axis = any(word in _AXES or word in _LETTERS for word in words)
+        is_foreign = unit and isnan(factor_of(axis, unit))
+        if says_axis and not is_foreign and all(axis in means.get(word, ()) for word in words):
+            possible[i] = name if unit or key(name) in _AXES else proposed(axis, name)
+    return possible
+
+
+def _contested(
+    header: Sequence[str], several: Mapping[str, Mapping[int, str]], given: Mapping[str, str]
+) -> str:
+    """The refusal of a table in which each axis may be any of several columns."""
+    names = {axis: [header[i] for i in columns] for axis, columns in several.items()}
+    may = "; ".join(
+        f"{axis} may be {' or '.join(repr(n[:40]) for n in each)}" for axis, each in names.items()
+    )
+    if any(len({*each}) < len(each) for each in names.values()):
+        return f"{may}; rename one"
+    first = {axis: next(iter(columns.values())) for axis, columns in several.items()}
+    last, used = dict(first), set[int]()
+    for axis, columns in several.items():
+        place = next((i for i in [*columns][:0:-1] if i not in used), None)
+        if place is not None:
+            last[axis] = columns[place]
+            used.add(place)
+    first, last = {**given, **first}, {**given, **last}
+    return f"{may}; choose by {columns_option(first)} or {columns_option(last)}"
 
 
 def angles_of(found: Mapping[str, Column]) -> dict[str, str]:
@@ -271,15 +320,15 @@ def _missed(
         parts.append(f"the unit of {names} is not known, expected {kinds}; convert it in the file")
     named = dict(given)
     for axis in missing:
-        ends = tuple(f".{name}" for name, meant in _AXES.items() if meant == axis)
-        like = [odd[axis].name] if axis in odd else [name for name in header if key(name).endswith(ends)]
-        named[axis] = proposed(axis, like[0] if len(like) == 1 else "NAME")
+        like = [*_possible(axis, header, units).values()]
+        named[axis] = like[0] if len(like) == 1 else proposed(axis, odd[axis].name if axis in odd else "NAME")
     return f"{'; '.join(parts)}; {columns_option(named)}{' and --scale' if odd else ''}"
 
 
 def columns_option(named: Mapping[str, str]) -> str:
-    """The option --columns that names these columns, to be pasted."""
-    return f"--columns '{','.join(f'{quantity}={name}' for quantity, name in named.items())}'"
+    """The option --columns that names these columns, to be pasted into a shell."""
+    text = ",".join(f"{quantity}={name}" for quantity, name in named.items())
+    return "--columns " + (quote(text) if "'" in text else f"'{text}'")
 
 
 def parse_columns(text: str) -> dict[str, str]:

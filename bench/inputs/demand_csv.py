@@ -15,7 +15,7 @@ from alloc.errors import DemandError
 from alloc.vehicle import LARGEST
 from alloc.vehicle.esc import Made
 from alloc.vehicle.frame import turned
-from bench.inputs.columns import TIME, Column, assign, understood, wrenches_of
+from bench.inputs.columns import TIME, Column, assign, columns_option, key, understood, wrenches_of
 from bench.inputs.frames import Stated, frame_columns, frame_comment, of_table
 from bench.inputs.log_limits import limit_columns
 from bench.inputs.table import LARGEST as LATEST
@@ -88,12 +88,14 @@ def read_demands(
         said,
         {name: values[name] * column.factor for name, column in limits.items()},
         of_table(table.text, table.header, cells, names),
-        _repeats(path, t, values),
+        "; ".join(filter(None, (doubt_steps(path, t, found.get(TIME), table), _repeats(path, t, values)))),
         shares=any(wrench.shares for wrench in wrenches_of(names)),
         others=len(table.header) > len({*used.values(), *also}),
     )
 
 
+SLOW = 2.0
+"""Step from which times without a unit are doubted: demands are logged faster [s]."""
 NANOSECONDS = "t, nanoseconds"
 """Key of a stamp's nanoseconds that stand in a column of their own."""
 
@@ -161,6 +163,17 @@ def times(
             " s; put rows in time order"
         )
     return t
+
+
+def doubt_steps(path: Path, t: FloatArray | None, column: Column | None, table: Cells) -> str:
+    """A doubt about a column ``t`` without a unit that has steps of no log of demands in s."""
+    if t is None or column is None or column.unit or key(column.name) != TIME or table.dates:
+        return ""
+    step = float(np.median(np.diff(t))) if len(t) > 1 else 0.0
+    if not step > SLOW:
+        return ""
+    option = columns_option({TIME: f"{column.name} [ms]"})
+    return f"{path.name}: steps of t are {step:g} s, as no unit is stated; if t is in ms: {option}"
 
 
 def _repeats(path: Path, t: FloatArray | None, values: Mapping[str, FloatArray]) -> str:

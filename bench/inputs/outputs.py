@@ -11,7 +11,7 @@ from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from alloc.vehicle.geometry import MOMENTS
 from bench.inputs.columns import TIME, VOLTS, angles_of, assign, columns_option, understood, wrenches_of
-from bench.inputs.demand_csv import read_rows, times
+from bench.inputs.demand_csv import doubt_steps, read_rows, times
 from bench.inputs.frames import Stated, in_frame, of_table
 from bench.inputs.log_files import reader
 from bench.inputs.log_limits import limit_columns
@@ -125,14 +125,16 @@ def _read_table(path: Path, vehicle: Vehicle, given: Mapping[str, str]) -> Outpu
     if angled:
         said += f"; {', '.join(angled.values())} without a force may be attitude"
         said += f"; {columns_option(angled)} if N m"
+    t = times(table, found.get(TIME), values, lines, given)
     return Outputs(
-        times(table, found.get(TIME), values, lines, given),
+        t,
         np.column_stack([values[name] for name in names]),
         values[VOLTS] * volts[VOLTS].factor if volts else None,
         _demands(vehicle.dof, {axis: values[axis] * found[axis].factor for axis in axes}) if axes else None,
         said=said,
         shares=any(wrench.shares for wrench in wrenches_of(found[axis].name for axis in axes)),
         stated=of_table(table.text, table.header, cells, [found[axis].name for axis in axes]),
+        doubt=doubt_steps(path, t, found.get(TIME), table),
     )
 
 

@@ -1,5 +1,6 @@
 """Columns of a table: known headers, their units, and --columns."""
 
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +29,7 @@ def refusal(file: Path, text: str, columns: str = "") -> str:
 
 def pasted(message: str) -> dict[str, str]:
     """The columns of the option --columns that a message prints."""
-    return parse_columns(message.split("--columns '")[1].split("'")[0])
+    return parse_columns(shlex.split(message.split("--columns ")[1])[0])
 
 
 @pytest.mark.parametrize("wrench", WRENCHES, ids=lambda wrench: wrench.names[5])
@@ -214,9 +215,7 @@ def test_moments_in_every_known_unit_are_read(file: Path, unit: str, spelt: str)
 def test_any_other_name_is_refused_with_the_columns_to_paste(file: Path, name: str) -> None:
     message = refusal(file, f"surge,{name},yaw\n1,2,3\n")
     assert "line 1: no column 'sway' among surge" in message
-    like = (
-        name if name.endswith(("/fy", "/y", "rate/sway", ".fy", "_fy", "_sway", " sway", "N fy")) else "NAME"
-    )
+    like = name if name == "/tau/wrench/force/y" else "NAME"
     assert message.endswith(f"--columns 'sway={like} [N]'")
     assert read_demands(file, DOF, {"sway": f"{name} [N]"}).taus.tolist() == [[1, 2, 3]]
     assert "has no unit" in refusal(file, f"surge,{name},yaw\n1,2,3\n", f"sway={name}")
@@ -249,9 +248,9 @@ def test_a_mapping_that_is_none_is_refused(text: str) -> None:
         (
             "surge,fx,sway,yaw\n1,2,3,4\n",
             "",
-            "surge may be 'surge' and 'fx'; rename one, or --columns 'surge=NAME'",
+            "surge may be 'surge' or 'fx'; choose by --columns 'surge=surge' or --columns 'surge=fx'",
         ),
-        ("surge,sway,yaw,yaw\n1,2,3,4\n", "", "yaw may be 'yaw' and 'yaw'; rename one"),
+        ("surge,sway,yaw,yaw\n1,2,3,4\n", "", "yaw may be 'yaw' or 'yaw'; rename one"),
         ("surge,sway,yaw [deg]\n1,2,3\n", "", "the unit of 'yaw [deg]' is not known, expected Nm, kNm"),
         (
             "surge,sway,yaw [deg]\n1,2,3\n",
@@ -308,8 +307,8 @@ def test_forces_without_newtons_and_columns_that_are_not_there_are_told_at_once(
 
 
 def test_columns_that_are_left_out_are_named_and_times_asked_for(file: Path) -> None:
-    asked = read_demands(written(file, ",surge,sway,yaw,yaw_target,Zeit\n0,1,2,3,4,5\n"), DOF)
-    left_out = "left out: one without a name, yaw_target, Zeit; no times without --columns 't=NAME [s]'"
+    asked = read_demands(written(file, ",surge,sway,yaw,yaw_rate,Zeit\n0,1,2,3,4,5\n"), DOF)
+    left_out = "left out: one without a name, yaw_rate, Zeit; no times without --columns 't=NAME [s]'"
     assert (asked.t, asked.said) == (None, f"demands.csv: surge, sway, yaw by name; {left_out}")
 
 
@@ -322,6 +321,82 @@ def test_a_moment_that_may_be_an_attitude_is_refused_beside_forces_that_the_user
     message = refusal(file, text, named)
     assert "may be an attitude" in message
     assert read_demands(file, DOF, pasted(message)).taus.tolist() == [[1, 2, 30]]
+
+
+@pytest.mark.parametrize(
+    ("name", "named"),
+    [
+        ("tau_z", "tau_z [Nm]"),
+        ("tau/N", "tau/N [Nm]"),
+        ("tau z (kNm)", "tau z (kNm)"),
+        ("yaw_target", "yaw_target [Nm]"),
+        ("desired torque.z", "desired torque.z [Nm]"),
+        ("mz", "mz"),
+    ],
+)
+def test_a_column_that_may_be_the_demand_beside_one_that_is_known_is_refused_with_both_lines(
+    file: Path, name: str, named: str
+) -> None:
+    """yaw was taken, and tau_z only listed as left out."""
+    text = f"surge,sway,yaw,{name}\n1,2,3,4\n"
+    message = refusal(file, text)
+    assert f"yaw may be 'yaw' or {name!r}; choose by" in message
+    first, last = (shlex.split(line)[0] for line in message.split("--columns ")[1:])
+    assert (first, last) == ("yaw=yaw", f"yaw={named}")
+    factor = 1000 if "kNm" in name else 1
+    for columns, moment in ((first, 3), (last, 4 * factor)):
+        assert read_demands(file, DOF, parse_columns(columns)).taus[0].tolist() == [1, 2, moment]
+
+
+@pytest.mark.parametrize(
+    "name", ["yaw_rate", "z_ref", "force_z", "tau_z [N]", "made_yaw", "torque_x", "yaw_target [deg]", "N"]
+)
+def test_a_column_that_can_not_be_the_moment_is_left_out(file: Path, name: str) -> None:
+    said = read_demands(written(file, f"surge,sway,yaw,{name}\n1,2,3,4\n"), DOF).said
+    assert f"left out: {name}" in said
+
+
+def test_two_spellings_of_all_axes_are_chosen_between_at_once(file: Path) -> None:
+    message = refusal(file, "surge,sway,yaw,tau_x,tau_y,tau_z\n1,2,3,4,5,6\n")
+    assert read_demands(file, DOF, pasted(message)).taus.tolist() == [[1, 2, 3]]
+    last = parse_columns(shlex.split(message.rpartition("--columns ")[2])[0])
+    assert read_demands(file, DOF, last).taus.tolist() == [[4, 5, 6]]
+    six = ("surge", "sway", "heave", "yaw")
+    both = refused(lambda: read_demands(written(file, "surge,sway,heave,yaw,tau_z\n1,2,3,4,5\n"), six), file)
+    assert both.endswith("--columns 'heave=heave,yaw=yaw' or --columns 'heave=tau_z [N],yaw=yaw'")
+
+
+@pytest.mark.parametrize("name", ["tau'_z", "force y'"])
+def test_a_printed_option_can_be_pasted_into_a_shell_with_an_apostrophe_in_a_name(
+    file: Path, name: str
+) -> None:
+    """The apostrophe ended the shell's quotes."""
+    message = refusal(file, f"surge,{name},b,yaw\n1,2,3,4\n", f"yaw={name} [Nm]")
+    assert pasted(message) == {"yaw": f"{name} [Nm]", "sway": "NAME [N]"}
+
+
+@pytest.mark.parametrize(
+    ("header", "step", "is_doubted"),
+    [
+        ("t", 20, True),
+        ("T", 20, True),
+        ("t", 0.02, False),
+        ("t", 2, False),
+        ("t [ms]", 20, False),
+        ("t_s", 20, False),
+        ("seconds", 20, False),
+        ("t\ns,N,N,Nm\n", 20, False),
+    ],
+)
+def test_steps_of_a_time_without_a_unit_that_no_log_has_in_seconds_are_doubted(
+    file: Path, header: str, step: float, is_doubted: bool
+) -> None:
+    """Milliseconds were taken for seconds without a word."""
+    head, _, units = header.partition("\n")
+    rows = "".join(f"{i * step},1,2,{i}\n" for i in range(4))
+    doubt = read_demands(written(file, f"{head},surge,sway,yaw\n{units}{rows}"), DOF).doubt
+    says = f"demands.csv: steps of t are 20 s, as no unit is stated; if t is in ms: --columns '{head}=t [ms]'"
+    assert doubt == (says.replace(f"'{head}=t ", f"'t={head} ") if is_doubted else "")
 
 
 def test_a_printed_option_repeats_what_was_given(file: Path) -> None:

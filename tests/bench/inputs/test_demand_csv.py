@@ -69,7 +69,7 @@ def test_spellings_of_one_csv_give_the_same_demand(file: Path, text: str) -> Non
         ),
         (";", "line 1: the file is empty"),
         ("surge,sway\n1,2\n", "line 1: no column 'yaw'"),
-        ("surge,sway,yaw,yaw\n1,2,3,4\n", "line 1: yaw may be 'yaw' and 'yaw'; rename one"),
+        ("surge,sway,yaw,yaw\n1,2,3,4\n", "line 1: yaw may be 'yaw' or 'yaw'; rename one"),
         ("Surge,sway,yaw\n", "holds no demands"),
         ("\x03" * 1000 + ",sway,yaw\n", "no column 'surge' among \\x03\\x03"),
         ("surge,sway,yaw\n1,2,3\n1,2\n", "line 3: got 2 cells, expected 3; mend the row"),

@@ -358,7 +358,7 @@ def test_that_no_voltage_was_measured_is_said_where_curves_follow_it(tmp_path: P
         (
             "a.csv",
             b"surge,fx,u0,u1,u2,u3,u4,u5,u6,u7\n1,2" + b",1500" * 8,
-            "line 1: surge may be 'surge' and 'fx'; rename one, or --columns",
+            "line 1: surge may be 'surge' or 'fx'; choose by --columns",
         ),
         ("a.csv", b"u0,u1,u2,u3,u4,u5,u6,u7\n1,2,3,4,5,6,7,x\n", "u7 is 'x'"),
         (
