@@ -18,15 +18,14 @@ from bench.record import Capability
 from bench.report.document import INSTRUMENT, PICKS, prose, style
 from bench.report.pictures.style import FAMILIES
 from bench.report.readme import served_text
-from bench.report.verdict import opening_loop, trust_note
+from bench.report.verdict import opening_loop, spoken_name, trust_note
 from bench.results.columns import Row
-from bench.results.emulated import KernelCost, assumed_cpi, find_kernels, formulation_refusal
-from bench.results.emulated import emulated_rows as emulated_rows
+from bench.results.emulated import METHOD, KernelCost, assumed_cpi, emulated_rows, find_kernels
 from bench.results.machines import NamedRun, emulated_name
 from bench.results.quantiles import Histogram, interval, largest, largest_if_known, merge
 from bench.results.ranking import largest_loss, largest_miss
 from bench.results.rows import sort_sets
-from bench.results.size import CLOSE, Fit
+from bench.results.size import CLOSE, Fit, Size
 from bench.results.sizing import Pool, pools, rows_by_method
 
 
@@ -128,19 +127,16 @@ def _method(
 def _pool(pool: Pool, rows: Sequence[Row]) -> dict[str, Any]:
     """Measurements on some demand sets: all that the page shows but what it looks up by the limit.
 
-    ``verdicts`` holds [limit [us] from which it holds, fit, reason] one after the other; ``bounds`` the bound
-    on late calls [%] for a limit at each time of the single calls, as the table shows it.
+    ``verdicts`` holds [limit [us] from which it holds, fit, reason, usefulness] one after the other;
+    ``bounds`` the bound on late calls [%] for a limit at each time of the single calls, as it is shown.
     """
     seen = pool.seen
     bounds = [_shown(pool.late(ns / 1000)[1], 100.0, 3) for ns, _ in pool.singles]
     slowest = max(rows, key=lambda row: row.call_p50_us or 0.0)
     return {
-        "exact": seen.exact,
-        "missing": seen.missing,
+        **_worth(seen),
         "refused": _shown(seen.refused),
-        "refusal": seen.refusal,
         "picky": seen.picky,
-        "moving": seen.moving,
         "lost": _shown(largest(largest_loss(row) for row in rows)),
         "p50": seen.p50_us,
         "cpu": seen.cpu_us,
@@ -149,27 +145,34 @@ def _pool(pool: Pool, rows: Sequence[Row]) -> dict[str, Any]:
         "calls": seen.calls,
         "p50_range": [slowest.call_p50_low_us, slowest.call_p50_high_us],
         "p999_range": _interval(merge(row.measured.singles for row in rows)),
-        "verdicts": pool.verdicts(),
+        "verdicts": [(*each, seen.usefulness(each[1])) for each in pool.verdicts()],
         "bounds": bounds,
     }
 
 
-def _kernel(kernel: KernelCost) -> dict[str, Any]:
+def _worth(size: Size) -> dict[str, Any]:
+    """The part of a size that no limit changes."""
     return {
-        "vehicle": kernel.vehicle,
+        "exact": size.exact,
+        "refusal": size.refusal,
+        "spoken": spoken_name(size),
+        "precedence": size.precedence,
+    }
+
+
+def _kernel(kernel: KernelCost) -> dict[str, Any]:
+    """One kernel that was counted: its fit, and with it its ``usefulness``, depend on the clock."""
+    known, size = find_formulation(kernel.formulation), kernel.size()
+    return {
+        **{name: getattr(kernel, name) for name in METHOD},
         "label": kernel.label,
-        "method": kernel.method,
-        "twin": kernel.twin,
-        "family": kernel.family,
-        "solver": kernel.solver,
-        "formulation": kernel.formulation,
-        "title": find_formulation(kernel.formulation).title,
-        "unlimited": not find_formulation(kernel.formulation).limited,
-        "exact": kernel.optimal,
-        "refusal": formulation_refusal(kernel.formulation),
+        **_worth(size),
+        "title": known.title,
+        "unlimited": not known.limited,
+        "usefulness": [size.usefulness(fit) for fit in Fit],
         "instructions": kernel.instructions,
         "cpi": None if kernel.cycles is None else [cycles / kernel.instructions for cycles in kernel.cycles],
-        "wrong": "" if kernel.agrees else "not all answers are right",
+        "wrong": size.reason,
         "missed": ", ".join(kernel.missed),
         "steps": None,
         "memory_MB": None,

@@ -164,11 +164,10 @@ def _why_not_exact(own: Sequence[Size]) -> str:
 
 def _other(first: Size, own: Sequence[Size]) -> str:
     """Second choice by other means: a solver where one serves, else the next method, empty for none."""
-    rank = (first.fit, first.exact, first.tenths, first.refused > 0)
     alike = [
         size
         for size in own[1:]
-        if (size.fit, size.exact, size.tenths, size.refused > 0) == rank and size.method != first.twin
+        if size.usefulness() == first.usefulness() and size.method != first.twin
         if first.refusal or not size.refusal
     ]
     return next((spoken_name(size) for size in (*filter(lambda s: s.solver, alike), *alike)), "")

@@ -5,14 +5,14 @@ of a call by published timings, those are the band (``KernelCost.cpi``).
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from alloc import catalogue
 from alloc.formulations import find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
 from bench.record import Emulated, Processor
 from bench.results.size import Fit, Loop, Size, rank_sizes
-from bench.results.sizing import refuses
+from bench.results.sizing import UNMET, refuses
 from bench.results.text import three
 
 REFERENCE = "x86-64"
@@ -238,6 +238,21 @@ class KernelCost:
         """True if the method answers the optimum within limits, eq. 4-5."""
         return find_formulation(self.formulation).optimal
 
+    def size(self) -> Size:
+        """The part of its size that no clock changes; with a reason it has no verdict."""
+        return Size(
+            **{name: getattr(self, name) for name in METHOD},
+            label=self.label,
+            fit=Fit.UNKNOWN,
+            reason="" if self.agrees else "not all answers are right",
+            exact=self.optimal and self.agrees,
+            refusal=UNMET if refuses(self.formulation) else "",
+        )
+
+
+METHOD = ("vehicle", "method", "twin", "family", "solver", "formulation")
+"""Names that a kernel and its size share."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Band:
@@ -248,12 +263,14 @@ class Band:
     kernel : the kernel and its count
     low, high : share of the period [-]
     fit : whether that fits the control loop
+    size : to stand beside methods that were timed; the upper end of the band is its median
     """
 
     kernel: KernelCost
     low: float
     high: float
     fit: Fit
+    size: Size
 
 
 def find_kernels(rows: Iterable[EmulatedRow], board: str = "") -> list[KernelCost]:
@@ -314,18 +331,22 @@ def bands(
     assumed: Mapping[str, Cpi],
     given: Cpi | None = None,
 ) -> list[Band]:
-    """A band for each kernel and processor that has an assumption on cycles, the one to take first.
+    """A band for each kernel and processor that has an assumption on cycles, by vehicle, then processor.
 
     ``assumed_cpi`` holds the assumptions by target, before which published timings go; ``given`` goes before
-    both. As in ``sizing.sizes`` what may fit comes before what does not, right answers before others, the
-    optimum within limits before what knows none, and then the cheaper one.
+    both. The one to take first comes first, as ``rank_sizes`` says.
     """
-    made = [
-        _band(kernel, clock_hz, loop, given or kernel.cpi(assumed[kernel.target]))
-        for kernel in find_kernels(rows)
-        if kernel.target != REFERENCE and (given or kernel.target in assumed)
+    by_target: dict[str, dict[tuple[str, str], Band]] = {}
+    for kernel in find_kernels(rows):
+        if kernel.target != REFERENCE and (given or kernel.target in assumed):
+            band = _band(kernel, clock_hz, loop, given or kernel.cpi(assumed[kernel.target]))
+            by_target.setdefault(kernel.target, {})[kernel.vehicle, kernel.label] = band
+    ranked = [
+        own[size.vehicle, size.label]
+        for own in by_target.values()
+        for size in rank_sizes([band.size for band in own.values()])
     ]
-    return sorted(made, key=_usefulness)
+    return sorted(ranked, key=lambda band: (band.kernel.vehicle, band.kernel.target))
 
 
 def _cycles(rows: Sequence[EmulatedRow], board: str) -> tuple[int, int] | None:
@@ -336,52 +357,22 @@ def _cycles(rows: Sequence[EmulatedRow], board: str) -> tuple[int, int] | None:
     return max(low for low, _ in known), max(high for _, high in known)
 
 
-def band_sizes(bands: Sequence[Band], loop: Loop) -> list[Size]:
-    """The bands of one processor as sizes, to stand beside those of machines that were timed.
-
-    In place of a median there is the upper end of the band.
-    """
-    return rank_sizes([_size(band, loop) for band in bands])
-
-
 def _band(kernel: KernelCost, clock_hz: float, loop: Loop, cpi: Cpi) -> Band:
     low, high = period_share(kernel.instructions, clock_hz, loop.rate_hz, cpi)
     limit = loop.limit_share
     fit = Fit.FITS if high <= limit else Fit.MAY_FIT if low <= limit else Fit.DOES_NOT_FIT
     if kernel.missed and fit != Fit.DOES_NOT_FIT:
         fit = Fit.UNKNOWN
-    return Band(kernel=kernel, low=low, high=high, fit=fit)
-
-
-def _size(band: Band, loop: Loop) -> Size:
-    kernel = band.kernel
-    reason = f"{three(100 * band.low)} to {three(100 * band.high)} % by its instructions"
+    size, call_us = kernel.size(), high * loop.period_us
+    reason = f"{three(100 * low)} to {three(100 * high)} % by its instructions"
     if kernel.missed:
         reason = f"not counted: {', '.join(kernel.missed)}"
-    return Size(
-        vehicle=kernel.vehicle,
-        method=kernel.method,
-        label=kernel.label,
-        twin=kernel.twin,
-        family=kernel.family,
-        solver=kernel.solver,
-        formulation=kernel.formulation,
-        fit=band.fit if kernel.agrees else Fit.UNKNOWN,
-        reason=reason if kernel.agrees else "not all answers are right",
-        exact=kernel.optimal and kernel.agrees,
-        refusal=formulation_refusal(kernel.formulation),
-        p50_us=band.high * loop.period_us,
-        cpu_us=band.high * loop.period_us,
-        rate_hz=loop.highest_rate_hz(band.high * loop.period_us),
+    size = replace(
+        size,
+        fit=Fit.UNKNOWN if size.reason else fit,
+        reason=size.reason or reason,
+        p50_us=call_us,
+        cpu_us=call_us,
+        rate_hz=loop.highest_rate_hz(call_us),
     )
-
-
-def formulation_refusal(formulation: str) -> str:
-    """Demands that methods of a formulation refuse, by what it promises; empty for none."""
-    return "what can't be met" if refuses(formulation) else ""
-
-
-def _usefulness(band: Band) -> tuple[str, str, bool, bool, bool, Fit, int, str]:
-    kernel, late = band.kernel, band.fit > Fit.MAY_FIT
-    what = (kernel.vehicle, kernel.target)
-    return *what, late, not kernel.agrees, not kernel.optimal, band.fit, kernel.instructions, kernel.scalar
+    return Band(kernel=kernel, low=low, high=high, fit=fit, size=size)

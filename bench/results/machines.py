@@ -10,7 +10,7 @@ from typing import Any
 from bench.record import Problem, RecordError
 from bench.record.schema import machine_name
 from bench.results.columns import Row
-from bench.results.emulated import Cpi, assumed_cpi, band_sizes, bands, emulated_rows
+from bench.results.emulated import Cpi, assumed_cpi, bands, emulated_rows
 from bench.results.ranking import best_rows, unmeasured_plugins
 from bench.results.rows import Run, read_run
 from bench.results.size import Loop, Size, rank_sizes, worst_size
@@ -193,12 +193,10 @@ def sizes_of(
     sized = {m.name: sizes(m.run, loop) for m in machines if m.run.by_vehicle}
     for machine in machines if clock_hz else ():
         record = machine.run.record
-        of_all = bands(
+        for band in bands(
             emulated_rows(record.emulated), clock_hz or 0.0, loop, assumed_cpi(record.processors), given
-        )
-        for target in dict.fromkeys(band.kernel.target for band in of_all):
-            own = [band for band in of_all if band.kernel.target == target]
-            sized[emulated_name(target)] = band_sizes(own, loop)
+        ):
+            sized.setdefault(emulated_name(band.kernel.target), []).append(band.size)
     return sized
 
 

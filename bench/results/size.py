@@ -3,9 +3,12 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from itertools import groupby
 from math import ceil
+from operator import attrgetter
+from typing import Any
 
-from bench.results.quantiles import largest
+from bench.results.quantiles import largest, largest_if_known
 
 LATE_SHARE = 0.001
 """Largest share of late calls of a method that fits: one in a thousand, as p99.9 is judged."""
@@ -162,33 +165,42 @@ class Size:
         """``missing`` in tenths, rounded up: below an exact method, as many count as equal."""
         return ceil(10 * self.missing)
 
+    def usefulness(self, fit: Fit | None = None) -> tuple[int, ...]:
+        """Class of a method with this fit, or its own: the least is the one to take first.
+
+        In turn: whether its median fits, whether it answers all of a user's logs and of missions, whether it
+        is exact or how many ``tenths`` it misses, and whether its tail fits too. So exactness is given up
+        only where no exact method keeps up, and not for one late call in a million; without one, a rule that
+        delivers less is not taken for microseconds that the loop has.
+        """
+        fit = self.fit if fit is None else fit
+        return int(fit > Fit.MAY_FIT), int(self.refused > 0), int(not self.exact), self.tenths, int(fit)
+
+    @property
+    def precedence(self) -> tuple[int, int, float]:
+        """Place among medians that are CLOSE: a known worst case, C of its own, then what misses less."""
+        return int(self.steps is None), int(not self.twin), self.missing
+
+    @property
+    def median_us(self) -> float:
+        """Median CPU time, else by the clock [us]; 0 without either."""
+        return self.p50_us or 0.0 if self.cpu_us is None else self.cpu_us
+
 
 def rank_sizes(sizes: Sequence[Size]) -> list[Size]:
-    """Sizes by vehicle, the one to take first.
+    """Sizes by vehicle, the one to take first: by ``usefulness``, then median, then ``precedence``.
 
-    Methods are sorted by whether their median fits, then by whether they answer all of a user's
-    logs and of missions, then by whether they are exact, or how many ``tenths`` they miss, then by whether
-    their tail fits too, then by their median CPU time; of what lies CLOSE, one with a known worst case is
-    first, then C of the vehicle's own, then what misses less. So exactness is given up only where no exact
-    method keeps up, and not for one late call in a million; without one, a rule that delivers less is not
-    taken for microseconds that the loop has.
+    ``instrument/page.js`` of the report walks the same two keys for a rate that is typed there.
     """
-    classes: dict[tuple[str, bool, bool, bool, int, Fit], list[Size]] = {}
-    for size in sorted(sizes, key=lambda s: (_median(s), s.label)):
-        late = size.fit > Fit.MAY_FIT
-        rank = (size.vehicle, late, size.refused > 0, not size.exact, size.tenths, size.fit)
-        classes.setdefault(rank, []).append(size)
-    found = []
-    for _, left in sorted(classes.items()):
+    ranked: list[Size] = []
+    by_median = sorted(sizes, key=lambda s: (s.vehicle, s.usefulness(), s.median_us, s.label))
+    for _, alike in groupby(by_median, key=lambda s: (s.vehicle, s.usefulness())):
+        left = list(alike)
         while left:
-            close = [size for size in left if _median(size) <= CLOSE * _median(left[0])]
-            found += sorted(close, key=lambda size: (size.steps is None, not size.twin, size.missing))
+            close = [size for size in left if size.median_us <= CLOSE * left[0].median_us]
+            ranked += sorted(close, key=attrgetter("precedence"))
             left = left[len(close) :]
-    return found
-
-
-def _median(size: Size) -> float:
-    return size.p50_us or 0.0 if size.cpu_us is None else size.cpu_us
+    return ranked
 
 
 def best_of_each(sizes: list[Size]) -> list[Size]:
@@ -202,25 +214,21 @@ def best_of_each(sizes: list[Size]) -> list[Size]:
 def worst_size(there: Mapping[str, Size]) -> Size:
     """Worst of one method's sizes in several places, by name: machines, or vehicles."""
     place, size = max(there.items(), key=lambda item: item[1].fit)
-    known = [s.p999_us for s in there.values()]
-    rates = [s.rate_hz for s in there.values() if s.rate_hz is not None]
+    every = there.values()
+    numbers: dict[str, Any] = {
+        name: largest(map(attrgetter(name), every))
+        for name in ("missing", "moving", "refused", "p50_us", "max_us", "cpu_us", "bound", "memory_MB")
+    }
     return replace(
         size,
+        **numbers,
         reason=f"{place}: {size.reason}" if size.reason else "",
-        exact=all(s.exact for s in there.values()),
-        missing=max(s.missing for s in there.values()),
-        moving=any(s.moving for s in there.values()),
-        refused=max(s.refused for s in there.values()),
-        refusal=max(there.values(), key=lambda s: (s.refused, s.refusal)).refusal,
-        p50_us=largest(s.p50_us for s in there.values()),
-        p999_us=None if None in known else largest(known),
-        max_us=largest(s.max_us for s in there.values()),
-        cpu_us=largest(s.cpu_us for s in there.values()),
-        late=sum(s.late for s in there.values()),
-        calls=sum(s.calls for s in there.values()),
-        bound=largest(s.bound for s in there.values()),
-        rate_hz=min(rates, default=None),
-        memory_MB=largest(s.memory_MB for s in there.values()),
+        exact=all(s.exact for s in every),
+        refusal=max(every, key=lambda s: (s.refused, s.refusal)).refusal,
+        p999_us=largest_if_known(s.p999_us for s in every),
+        late=sum(s.late for s in every),
+        calls=sum(s.calls for s in every),
+        rate_hz=min((s.rate_hz for s in every if s.rate_hz is not None), default=None),
     )
 
 

@@ -20,56 +20,45 @@ function singlesOf(method, demands) {
 
 // loop: {rate [Hz], budget [-], period and limit [us], clock [Hz]}
 function sizeOf(machine, method, loop, demands) {
-  const size = { ...method, data: method, machine: machine.name, fit: UNKNOWN, reason: "", exact: false, missing: 0, refused: 0, refusal: "", picky: false, moving: false, p50: null, cpu: null, p999: null, max: null, late: 0, calls: 0, bound: null, up_to: null, lost: null };
+  const size = { ...method, data: method, machine: machine.name, fit: UNKNOWN, reason: "", refused: 0, p50: null, cpu: null, p999: null, max: null, late: 0, calls: 0, bound: null, up_to: null, lost: null };
   if (machine.cpi) return counted(machine, size, loop);
   const pool = method.pools.find((own) => own.demands === demands);
   Object.assign(size, pool);
-  [, size.fit, size.reason] = pool.verdicts.findLast(([from]) => from <= loop.limit);
+  [, size.fit, size.reason, size.usefulness] = pool.verdicts.findLast(([from]) => from <= loop.limit);
   if (pool.calls) {
     pool.sorted ??= singlesOf(method, demands);
     const late = pool.sorted.filter(([ns]) => ns / 1000 > loop.limit);
     size.late = sum(late.map(([, count]) => count));
     size.bound = pool.bounds[pool.sorted.length - late.length - 1] ?? 100;
   }
-  const longest = size.max || size.p999 || size.p50;
-  size.up_to = longest ? (loop.budget * 1e6) / longest : null;
+  size.up_to = size.max ? (loop.budget * 1e6) / size.max : null;
   return size;
 }
 
 function counted(machine, size, loop) {
   const [low, high] = (size.data.cpi ?? machine.cpi).map((cycles) => ((size.instructions * cycles) / loop.clock) * loop.rate);
   const fit = high <= loop.budget ? FITS : low <= loop.budget ? MAY_FIT : DOES_NOT_FIT;
-  size.fit = size.data.wrong || (size.missed && fit !== DOES_NOT_FIT) ? UNKNOWN : fit;
-  size.reason = size.data.wrong || (size.missed ? `not counted: ${size.missed}` : `${three(100 * low)} to ${three(100 * high)} % by its instructions`);
-  size.exact = size.data.exact && !size.data.wrong;
-  size.refusal = size.data.refusal;
+  size.fit = size.wrong || (size.missed && fit !== DOES_NOT_FIT) ? UNKNOWN : fit;
+  size.reason = size.wrong || (size.missed ? `not counted: ${size.missed}` : `${three(100 * low)} to ${three(100 * high)} % by its instructions`);
+  size.usefulness = size.data.usefulness[size.fit];
   size.p50 = size.cpu = high * loop.period;
   size.up_to = (loop.budget * 1e6) / size.p50;
   return size;
 }
 
-// In tenths, rounded up, as text that sorts.
-const tenths = (size) => String(Math.ceil(10 * size.missing)).padStart(2, "0");
+// The order is Python's, Size.usefulness and Size.precedence: lists of numbers, least first. Here they are walked.
+const byNumbers = (a, b) => a.map((value, i) => value - b[i]).find(Boolean) ?? 0;
+const worst = (lists) => lists.reduce((a, b) => a.map((value, i) => Math.max(value, b[i])));
 const median = (size) => size.cpu ?? size.p50 ?? 0;
+const alike = (a, b) => byNumbers(a.usefulness, b.usefulness) === 0;
 
 function ordered(sizes) {
-  const byText = (a, b) => (a < b ? -1 : a > b ? 1 : 0);
-  const classes = new Map();
-  for (const size of [...sizes].sort((a, b) => median(a) - median(b) || byText(a.label, b.label))) {
-    const key = `${+(size.fit > MAY_FIT)}${+(size.refused > 0)}${+!size.exact}${tenths(size)}${size.fit}`;
-    if (!classes.has(key)) classes.set(key, []);
-    classes.get(key).push(size);
-  }
+  let left = [...sizes].sort((a, b) => byNumbers(a.usefulness, b.usefulness) || median(a) - median(b) || (a.label < b.label ? -1 : 1));
   const found = [];
-  for (const key of [...classes.keys()].sort()) {
-    let left = classes.get(key);
-    while (left.length) {
-      const alike = left.filter((size) => median(size) <= data.close * median(left[0]));
-      const group = alike.length ? alike : [left[0]];
-      const place = (size) => 2 * (size.steps === null) + !size.twin;
-      found.push(...[...group].sort((a, b) => place(a) - place(b) || a.missing - b.missing));
-      left = left.slice(group.length);
-    }
+  while (left.length) {
+    const close = left.filter((size) => alike(size, left[0]) && median(size) <= data.close * median(left[0]));
+    left = left.slice(close.length);
+    found.push(...close.sort((a, b) => byNumbers(a.precedence, b.precedence)));
   }
   return found;
 }
@@ -87,13 +76,14 @@ function onAll(byMachine) {
   for (const first of places[0] ?? []) {
     const there = places.map((sizes) => sizes.find((size) => size.label === first.label));
     if (there.includes(undefined)) continue;
-    const worst = there.reduce((a, b) => (b.fit > a.fit ? b : a));
+    const unfit = there.reduce((a, b) => (b.fit > a.fit ? b : a)), refusing = there.reduce((a, b) => (b.refused > a.refused || (b.refused === a.refused && b.refusal > a.refusal) ? b : a));
     const tails = there.map((size) => size.p999), rates = there.map((size) => size.up_to).filter((rate) => rate !== null);
-    const worstOf = (key) => most(there.map((size) => size[key]));
+    const largest = ["refused", "p50", "cpu", "max", "bound", "memory_MB", "lost"].map((key) => [key, most(there.map((size) => size[key]))]);
     found.push({
-      ...worst, there, reason: worst.reason ? `${worst.machine}: ${worst.reason}` : "", exact: there.every((size) => size.exact), missing: worstOf("missing"), refused: most(there.map((size) => size.refused)), refusal: there.reduce((a, b) => (b.refused > a.refused || (b.refused === a.refused && b.refusal > a.refusal) ? b : a)).refusal,
-      p50: worstOf("p50"), cpu: worstOf("cpu"), p999: tails.includes(null) ? null : most(tails), max: worstOf("max"), late: sum(there.map((size) => size.late)), calls: sum(there.map((size) => size.calls)),
-      bound: worstOf("bound"), up_to: rates.length ? Math.min(...rates) : null, memory_MB: worstOf("memory_MB"), lost: worstOf("lost"), served: there.map((size) => size.served).find(Boolean) ?? "",
+      ...unfit, ...Object.fromEntries(largest), there, reason: unfit.reason ? `${unfit.machine}: ${unfit.reason}` : "", exact: there.every((size) => size.exact), refusal: refusing.refusal,
+      usefulness: worst(there.map((size) => size.usefulness)), precedence: worst(there.map((size) => size.precedence)),
+      p999: tails.includes(null) ? null : most(tails), late: sum(there.map((size) => size.late)), calls: sum(there.map((size) => size.calls)),
+      up_to: rates.length ? Math.min(...rates) : null, served: there.map((size) => size.served).find(Boolean) ?? "",
     });
   }
   return ordered(found);
@@ -111,29 +101,28 @@ function three(value) {
 // The sentence of bench/report/verdict.py.
 function verdict(sizes, vehicle, loop, where) {
   const question = `${vehicle} at ${general(loop.rate)} Hz${where}`, first = sizes[0];
-  const spoken = (size) => (size.twin ? `${size.twin} as generated C${size.moving ? " with --limits call" : ""}` : size.label);
   if (!first) return `${question}: nothing was measured.`;
   if (first.fit > MAY_FIT) {
     const times = sizes.filter((size) => size.fit === DOES_NOT_FIT && size.p50 !== null).map((size) => size.p50);
     const why = times.length ? `the fastest median is ${percent(Math.min(...times) / loop.period)} of the period` : "none has a time that counts";
     return `${question}: nothing here fits ${percent(loop.limit / loop.period)} of the period; ${why}.`;
   }
-  if (first.refused >= 1) return `${question}: nothing to take: ${spoken(first)} refuses ${first.refusal}.`;
+  if (first.refused >= 1) return `${question}: nothing to take: ${first.spoken} refuses ${first.refusal}.`;
   const late = sizes.find((size) => size.exact && size.fit === DOES_NOT_FIT), picky = sizes.find((size) => size.exact && size.refused && size.fit <= MAY_FIT);
-  const inexact = picky ? `${spoken(picky)} is exact but refuses some demands` : late ? `${late.label} is exact but too slow` : "no exact method was measured";
+  const inexact = picky ? `${picky.spoken} is exact but refuses some demands` : late ? `${late.label} is exact but too slow` : "no exact method was measured";
   const exactness = (first.exact ? "exact" : `not exact (${inexact})`) + (first.unlimited ? ", knows no limits" : "");
   const exact = first.refusal ? `${exactness}, refuses ${first.refusal}` : sizes.some((size) => size.refused) ? `${exactness}, answers every demand` : exactness;
   const share = (first.p50 ?? 0) / loop.period;
-  let text = `${question}: take ${spoken(first)}; ${exact}; ${share < 1e-4 ? "under 0.01 %" : percent(share)} of the period`;
+  let text = `${question}: take ${first.spoken}; ${exact}; ${share < 1e-4 ? "under 0.01 %" : percent(share)} of the period`;
   if (first.fit === WITHOUT_TAIL) text += `, its tail not shown to fit (${first.reason})`;
   if (first.fit === MAY_FIT) text += `, which may fit (${first.reason})`;
   // Where another such method answers all that the first does, who refuses more has given up.
   const exacting = sizes.filter((size) => size.picky), refusing = exacting[0];
-  if (refusing && exacting.every((size) => size.refused > first.refused)) text += `; ${spoken(refusing)} refuses ${refusing.refusal}`;
+  if (refusing && exacting.every((size) => size.refused > first.refused)) text += `; ${refusing.spoken} refuses ${refusing.refusal}`;
   if (first.freedom === 0) text += "; no spare thruster: each wrench has one solution";
-  const alike = sizes.slice(1).filter((size) => size.fit === first.fit && size.exact === first.exact && tenths(size) === tenths(first) && size.refused > 0 === first.refused > 0 && size.method !== first.twin && (first.refusal || !size.refusal));
-  const other = alike.find((size) => size.solver) ?? alike[0];
-  return other ? `${text}; ${spoken(other)} would do too.` : `${text}.`;
+  const others = sizes.slice(1).filter((size) => alike(size, first) && size.method !== first.twin && (first.refusal || !size.refusal));
+  const other = others.find((size) => size.solver) ?? others[0];
+  return other ? `${text}; ${other.spoken} would do too.` : `${text}.`;
 }
 
 const percent = (share) => (share === null ? "" : `${three(100 * share)} %`);

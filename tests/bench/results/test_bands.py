@@ -13,7 +13,7 @@ from bench.chips.target import target, targets
 from bench.record import SCHEMA, Emulated, Header
 from bench.record.file import Writer
 from bench.report import render
-from bench.results.emulated import Cpi, assumed_cpi, band_sizes, bands, emulated_rows, period_share
+from bench.results.emulated import Cpi, assumed_cpi, bands, emulated_rows, period_share
 from bench.results.size import Fit, Loop
 from tests import made_up
 
@@ -128,7 +128,7 @@ def test_a_kernel_with_an_uncounted_demand_set_is_never_said_to_fit() -> None:
 def test_a_count_says_what_its_method_refuses_as_a_time_does() -> None:
     """size --board said 'refused' of what report.html called exact, and no more."""
     made = [emulated("cortex-m7", "active", (100, 3), method=f"{m}@native") for m in ("nullspace", "scaled")]
-    sized = band_sizes(bands(emulated_rows(made), 1e6, Loop(100), M7), Loop(100))
+    sized = [band.size for band in bands(emulated_rows(made), 1e6, Loop(100), M7)]
     assert {size.twin: size.refusal for size in sized} == {"nullspace": "what can't be met", "scaled": ""}
 
 
