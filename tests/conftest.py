@@ -4,8 +4,10 @@ import gc
 import os
 import shutil
 import signal
+import sys
 import tempfile
 from collections.abc import Generator, Iterator
+from compileall import compile_dir
 from functools import cache
 from pathlib import Path
 
@@ -40,6 +42,13 @@ IS_WORKER = "PYTEST_XDIST_WORKER" in os.environ
 if not IS_WORKER:
     os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", tempfile.gettempdir())
     os.environ["TMPDIR"] = tempfile.tempdir = tempfile.mkdtemp(prefix="thrustbench-tests-")
+
+# Bytecode of the packages and of tests is kept also where the environment forbids it: each worker and each
+# process that a test starts would compile all that it imports. What a test itself writes stays without.
+NO_BYTECODE, sys.dont_write_bytecode = sys.dont_write_bytecode, False
+if not IS_WORKER:
+    for package in ("alloc", "bench"):
+        compile_dir(ROOT / package, quiet=2)
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
@@ -80,6 +89,7 @@ def pytest_collection() -> Generator[None, object, object]:
     try:
         return (yield)
     finally:
+        sys.dont_write_bytecode = NO_BYTECODE
         gc.enable()
         gc.freeze()
 

@@ -1,7 +1,17 @@
 """Plug-in files of methods that answer T* tau and misbehave, most of them on large demands only."""
 
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
+from unittest.mock import patch
 
+import psutil
+
+STUCK = "import os; open(os.path.join(os.path.dirname(__file__), f'stuck-{os.getpid()}'), 'w').close()"
+"""Line of a plug-in that says that its process hangs from here on: ``limited_when_stuck`` waits for it."""
 TEMPLATE = '''"""Goes wrong on purpose."""
 import ctypes, os, sys, time
 import numpy as np
@@ -31,7 +41,7 @@ def build(vehicle):
 
 BODIES = {
     "segfaults": "if large: ctypes.string_at(0)",
-    "loops": "while large: time.sleep(0.01)",  # a loop that keeps a core busy is in test_signals.py
+    "loops": f"if large: {STUCK}\n        while large: time.sleep(0.01)",
     "raises": "if large: raise ValueError('no such demand')",
     "leaks": "if large: self.kept.append(np.empty(4_000_000))",
     "exits": "if large: os._exit(0)",
@@ -48,7 +58,7 @@ BODIES = {
 }
 TAMPERING = {
     "closes-files": "if large: os.closerange(3, 256)",
-    "closes-files-and-hangs": "if large: os.closerange(0, 256); time.sleep(60)",
+    "closes-files-and-hangs": f"if large: {STUCK}; os.closerange(0, 256); time.sleep(60)",
     "miscounts": "if large: return Allocation(f, Status.SOLVED, 2.5)",
     "promises-nan": "self.tolerance = np.nan",
     "promises-text": "self.limited = 'no'",
@@ -64,3 +74,28 @@ def write_plugin(folder: Path, name: str) -> str:
     path = folder / f"{name.replace('-', '_')}.py"
     path.write_text(TEMPLATE.format(body=(BODIES | TAMPERING)[name]))
     return str(path)
+
+
+@contextmanager
+def limited_when_stuck(folder: Path) -> Iterator[None]:
+    """Let a worker's time limit begin where its plug-in in this folder says that it hangs, and end at once.
+
+    A busy machine takes any time for the calls of methods that answer.
+    """
+
+    def is_stuck() -> bool:
+        return any(psutil.pid_exists(int(mark.name[6:])) for mark in folder.glob("stuck-*"))
+
+    def wait(process: "subprocess.Popen[bytes]", timeout: float | None = None) -> int:
+        while timeout is not None:
+            try:
+                return ends(process, 0.05)
+            except subprocess.TimeoutExpired:
+                if is_stuck():
+                    raise
+        return ends(process)
+
+    ends: Callable[..., int] = subprocess.Popen.wait
+    clock = SimpleNamespace(monotonic=lambda: 1e9 * is_stuck(), monotonic_ns=time.monotonic_ns)
+    with patch("bench.harness.process.time", clock), patch.object(subprocess.Popen, "wait", wait):
+        yield

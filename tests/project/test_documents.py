@@ -1,7 +1,6 @@
 """The how-to documents do what they say: files are written, commands run, output compared."""
 
 import ast
-import os
 import re
 import shlex
 import subprocess
@@ -10,11 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import alloc.formulations
 import alloc.plugin
 import alloc.solvers
 import bench
+import bench.__main__
 from alloc import Allocator, build, catalogue, list_vehicles, load_vehicle
 from alloc.allocation import BoundedSteps, TwoStage
 from alloc.discovery import load_plugin, prepare
@@ -23,7 +24,7 @@ from bench.demands import build_demands
 from bench.judging.judge import judge
 from bench.judging.question import ask_here, questions
 from tests.pages import FENCE, PAGES, blocks, saved
-from tests.places import DOCS, ROOT
+from tests.places import DOCS
 
 EXPORTED = {"alloc", "bench"} | {
     f"{package.__name__}.{n}" for package in (alloc, alloc.plugin, bench) for n in package.__all__
@@ -38,28 +39,28 @@ def assert_same(printed: str, shown: str) -> None:
         assert float(number[0]) == pytest.approx(float(rounded[0]), abs=6e-4)
 
 
-def run_consoles(document: str, folder: Path) -> None:
+@pytest.fixture
+def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder that commands are typed in."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run_consoles(document: str) -> None:
     """Run each command that a page shows with its output, and compare."""
-    programs = {"thrustbench": ["-m", "bench"], "python": []}
     for console in blocks(DOCS / document, "console"):
-        command, _, shown = console.partition("\n")
-        program, *arguments = shlex.split(command.removeprefix("$ "))
-        run = subprocess.run(
-            [sys.executable, *programs[program], *arguments],
-            capture_output=True,
-            encoding="utf-8",
-            cwd=folder,
-            # The account's own home may not exist, which matplotlib says.
-            env={
-                "PYTHONPATH": str(ROOT),
-                "PATH": "/usr/bin:/bin",
-                "HOME": os.environ.get("HOME", str(folder)),
-            },
-            timeout=60,
-            check=False,
-        )
-        assert run.returncode == 0, run.stderr
-        assert_same(run.stderr + run.stdout, shown)
+        typed, _, shown = console.partition("\n")
+        program, *arguments = shlex.split(typed.removeprefix("$ "))
+        if program == "thrustbench":
+            done = CliRunner().invoke(bench.__main__.cli, arguments, catch_exceptions=False)
+            code, printed = done.exit_code, done.stderr + done.stdout
+        else:
+            assert program == "python"
+            command = [sys.executable, *arguments]
+            ran = subprocess.run(command, capture_output=True, text=True, check=False)
+            code, printed = ran.returncode, ran.stderr + ran.stdout
+        assert code == 0, printed
+        assert_same(printed, shown)
 
 
 def hidden(page: Path) -> list[str]:
@@ -102,31 +103,25 @@ def test_hidden_names_what_a_page_imports_that_is_not_public(
     assert hidden(page) == names
 
 
-def test_your_vehicle_shows_what_its_commands_print(tmp_path: Path) -> None:
-    saved(DOCS / "your-vehicle.md", tmp_path)
-    run_consoles("your-vehicle.md", tmp_path)
+@pytest.mark.parametrize(
+    ("page", "files_of"),
+    [
+        ("your-vehicle.md", ["your-vehicle.md"]),
+        ("your-dive.md", ["your-vehicle.md", "your-dive.md"]),
+        ("add-a-method.md", ["add-a-method.md"]),
+        ("saturation.md", ["saturation.md"]),
+        ("add-a-formulation.md", []),
+    ],
+)
+def test_a_page_shows_what_its_commands_print(page: str, files_of: list[str], desk: Path) -> None:
+    for name in files_of:
+        saved(DOCS / name, desk)
+    run_consoles(page)
 
 
-def test_your_dive_shows_what_its_commands_print(tmp_path: Path) -> None:
-    saved(DOCS / "your-vehicle.md", tmp_path)
-    saved(DOCS / "your-dive.md", tmp_path)
-    run_consoles("your-dive.md", tmp_path)
-
-
-def test_add_a_method_shows_what_its_commands_print(tmp_path: Path) -> None:
-    saved(DOCS / "add-a-method.md", tmp_path)
-    run_consoles("add-a-method.md", tmp_path)
-
-
-def test_saturation_shows_what_its_command_prints_and_its_code_does(tmp_path: Path) -> None:
-    saved(DOCS / "saturation.md", tmp_path)
-    run_consoles("saturation.md", tmp_path)
+def test_saturation_s_code_does_what_it_says() -> None:
     (code,) = blocks(DOCS / "saturation.md", "python")
     exec(code, {})
-
-
-def test_add_a_formulation_shows_what_its_command_prints(tmp_path: Path) -> None:
-    run_consoles("add-a-formulation.md", tmp_path)
 
 
 @pytest.mark.parametrize("protocol", [Allocator, TwoStage, BoundedSteps], ids=lambda p: p.__name__)

@@ -9,8 +9,6 @@ import tomllib
 from importlib import import_module
 from pathlib import Path
 
-import pytest
-
 import alloc
 from tests import made_up
 from tests.places import ROOT
@@ -60,39 +58,42 @@ def home(name: str) -> str:
     return f"{module}.{last}" if within(module, "alloc") else name
 
 
-def bindings(names: set[str]) -> set[str]:
-    return {name.split(".")[0] for name in names} & BINDINGS
+def imports_of(files: list[Path], *packages: str) -> dict[str, list[str]]:
+    """Names of these packages that files import, by file."""
+    found = {
+        str(path.relative_to(ROOT)): [
+            name for name in imported(path) if any(within(home(name), package) for package in packages)
+        ]
+        for path in files
+    }
+    return {path: names for path, names in found.items() if names}
 
 
-def label(path: Path) -> str:
-    return str(path.relative_to(ROOT))
+def test_no_file_imports_a_solver_binding_before_it_is_called() -> None:
+    at_once = {path: {name.split(".")[0] for name in imported(path, function_bodies=False)} for path in FILES}
+    assert {path: names & BINDINGS for path, names in at_once.items() if names & BINDINGS} == {}
 
 
-@pytest.mark.parametrize("path", FILES, ids=label)
-def test_no_file_imports_a_solver_binding_before_it_is_called(path: Path) -> None:
-    assert not bindings(imported(path, function_bodies=False))
+def test_solvers_know_problems_but_neither_vehicles_nor_methods_and_methods_know_no_catalogue() -> None:
+    solvers = [path for path in FILES if path.is_relative_to(SOLVERS)]
+    methods = [path for path in FILES if path.is_relative_to(METHODS)]
+    assert len(solvers) > 5
+    assert len(methods) > 5
+    assert imports_of(solvers, "alloc.methods", "alloc.discovery", "alloc.vehicle") == {}
+    assert imports_of(methods, "alloc.discovery") == {}
 
 
-@pytest.mark.parametrize("path", [p for p in FILES if p.is_relative_to(SOLVERS)], ids=label)
-def test_solvers_know_problems_but_neither_vehicles_nor_methods(path: Path) -> None:
-    for package in ("alloc.methods", "alloc.discovery", "alloc.vehicle"):
-        assert not [name for name in imported(path) if within(home(name), package)]
-
-
-@pytest.mark.parametrize("path", [p for p in FILES if p.is_relative_to(METHODS)], ids=label)
-def test_methods_know_no_catalogue(path: Path) -> None:
-    assert not [name for name in imported(path) if within(home(name), "alloc.discovery")]
-
-
-@pytest.mark.parametrize("path", [p for p in FILES if p not in IN_ALLOC], ids=label)
-def test_the_harness_takes_public_names_and_each_from_one_place(path: Path) -> None:
-    for name in imported(path):
-        module, _, last = name.rpartition(".")
-        if within(module, "alloc"):
-            assert not any(part.startswith("_") for part in name.split(".")), name
-            if module != "alloc" and last in alloc.__all__:
-                exported = getattr(import_module(module), last) is getattr(alloc, last)
-                assert not exported, f"{name}: take it from alloc itself"
+def test_the_harness_takes_public_names_and_each_from_one_place() -> None:
+    odd = []
+    for path in FILES:
+        for name in imported(path) if path not in IN_ALLOC else ():
+            module, _, last = name.rpartition(".")
+            if within(module, "alloc"):
+                hidden = any(part.startswith("_") for part in name.split("."))
+                if hidden or (module != "alloc" and last in alloc.__all__):
+                    exported = getattr(import_module(module), last) is getattr(alloc, last, None)
+                    odd += [f"{path}: {name}: take it from alloc itself"] if hidden or exported else []
+    assert odd == []
 
 
 def test_a_report_renders_where_no_solver_is_installed(tmp_path: Path) -> None:

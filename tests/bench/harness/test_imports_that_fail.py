@@ -9,10 +9,12 @@ from alloc.c import missing
 from alloc.errors import UnknownName
 from bench.__main__ import cli
 from bench.harness.plan import RunSettings
+from bench.harness.process import DescribeTask, Failed, Job, work
 from bench.record import Record, read
+from tests.plugin_files import STUCK, limited_when_stuck
 from tests.runs import contenders
 
-TIME_LIMIT_S = 1.0
+TIME_LIMIT_S = 0.2
 WITH_MANY = """
 from alloc.methods.pinv import FORMULATION, build as pinv
 
@@ -33,7 +35,7 @@ def build(vehicle):
 """
 IMPORTS = {
     "segfaults_at_once": "import ctypes; ctypes.string_at(0)",
-    "hangs_at_once": "import time; time.sleep(1e6)",  # a loop that keeps a core busy is in test_signals.py
+    "hangs_at_once": f"{STUCK}; import time; time.sleep(1e6)",
     "ends_at_once": "import os; os._exit(0)",
 }
 MANY = {
@@ -52,7 +54,8 @@ def outcome(tmp_path_factory: pytest.TempPathFactory) -> tuple[Result, Record]:
     plugins = [f"--plugin={folder / name}.py" for name in IMPORTS | MANY]
     options = ["--vehicle=ukwial", "--demands=inactive", "--method=pinv", "--n=4", "--budget-ms=0"]
     tiny = ["--repeats=1", f"--time-limit={TIME_LIMIT_S}", f"--out={folder / 'out'}"]
-    result = CliRunner().invoke(cli, ["run", *plugins, *options, *tiny], standalone_mode=False)
+    with limited_when_stuck(folder):
+        result = CliRunner().invoke(cli, ["run", *plugins, *options, *tiny], standalone_mode=False)
     return result, read(folder / "out")
 
 
@@ -83,6 +86,12 @@ def test_an_import_that_goes_wrong_is_the_reason_of_the_plug_in_s_rows_and_of_it
     for row in (cell, unserved):
         assert row.status == status
         assert reason in row.reason
+
+
+def test_a_time_limit_ends_a_process_by_the_clock(tmp_path: Path) -> None:
+    (tmp_path / "hangs.py").write_text("while True: pass")
+    job = Job(method="hangs", plugin=str(tmp_path / "hangs.py"), tasks=[DescribeTask()])
+    assert list(work(job, 0.2))[-1] == Failed(0, "timeout", "no answer within 0.2 s")
 
 
 @pytest.mark.parametrize(

@@ -5,9 +5,9 @@ import pytest
 from bench.harness.plan import RunSettings
 from bench.harness.run import run
 from bench.record import Record, read
-from tests.plugin_files import TAMPERING, write_plugin
+from tests.plugin_files import TAMPERING, limited_when_stuck, write_plugin
 
-TIME_LIMIT_S = 1.0
+TIME_LIMIT_S = 0.2
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +23,8 @@ def record(tmp_path_factory: pytest.TempPathFactory, bare_runs: None) -> Record:
         repeats=1,
         time_limit_s=TIME_LIMIT_S,
     )
-    run(settings, folder, resume=False, watch=lambda progress: None)
+    with limited_when_stuck(folder):
+        run(settings, folder, resume=False, watch=lambda progress: None)
     return read(folder)
 
 
