@@ -1,7 +1,10 @@
 """One file, one command: each has ``command``, a click command, and imports what it needs when called."""
 
+import io
 import re
-from collections.abc import Callable, Mapping
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -72,6 +75,37 @@ def echo(message: object, *, err: bool = False, nl: bool = True) -> None:
     from alloc.files.visible import visible
 
     click.echo(visible(str(message)), err=err, nl=nl)
+
+
+class _PatientFile(io.FileIO):
+    """A file that drops what is written once its reader has closed the other end."""
+
+    def write(self, data: Any) -> int:
+        """Write bytes; those that nobody reads count as written."""
+        try:
+            return super().write(data) or 0
+        except BrokenPipeError:
+            return memoryview(data).nbytes
+
+
+@contextmanager
+def unread_output() -> Iterator[None]:
+    """Output that may lose its reader, as to `| head`, while a command finishes its files.
+
+    The exit code stays that of the work. A command without this ends at its next line with that of SIGPIPE.
+    """
+    stdout = sys.stdout
+    if stdout is not sys.__stdout__ or not isinstance(stdout, io.TextIOWrapper):
+        yield  # somebody's own stream, as a test's
+        return
+    stdout.flush()
+    file = io.BufferedWriter(_PatientFile(stdout.fileno(), "wb", closefd=False))
+    sys.stdout = io.TextIOWrapper(file, stdout.encoding, stdout.errors, line_buffering=stdout.line_buffering)
+    try:
+        yield
+    finally:
+        sys.stdout.close()
+        sys.stdout = stdout
 
 
 def not_over(output: Path | None, read: Path) -> None:

@@ -5,7 +5,7 @@ from typing import Literal
 
 import click
 
-from bench.commands import FAULTS, LIMITS, PATH, SINGLE, echo
+from bench.commands import FAULTS, LIMITS, PATH, SINGLE, echo, unread_output
 
 
 @click.command()
@@ -20,6 +20,7 @@ from bench.commands import FAULTS, LIMITS, PATH, SINGLE, echo
 @click.option("--read", "log", type=PATH, metavar="LOG", help="Make a record of what a board printed.")
 @click.option("--name", default="", help="Name of the board, with --read [its processor's].")
 @click.option("--out", required=True, type=PATH, metavar="DIR", help="Made if missing.")
+@unread_output()
 def command(
     vehicle: str | None,
     methods: tuple[str, ...],

@@ -5,7 +5,7 @@ from typing import Literal
 
 import click
 
-from bench.commands import FAULTS, LIMITS, PATH, SINGLE, echo, refuse_another_s
+from bench.commands import FAULTS, LIMITS, PATH, SINGLE, echo, refuse_another_s, unread_output
 
 
 @click.command()
@@ -27,6 +27,7 @@ from bench.commands import FAULTS, LIMITS, PATH, SINGLE, echo, refuse_another_s
 )
 @click.option("--maintainer", default="", metavar="'NAME <MAIL>'", help="Who looks after a ROS 2 package.")
 @click.option("--out", required=True, type=PATH, metavar="DIR", help="Made if missing.")
+@unread_output()
 def command(
     vehicle: str | None,
     method: str | None,

@@ -5,7 +5,7 @@ from typing import Literal
 
 import click
 
-from bench.commands import FAULTS, PATH, RUNS
+from bench.commands import FAULTS, PATH, RUNS, unread_output
 
 
 @click.command()
@@ -35,6 +35,7 @@ from bench.commands import FAULTS, PATH, RUNS
     metavar="DIR",
     help="Made if missing.",
 )
+@unread_output()
 def command(
     vehicles: tuple[str, ...],
     targets: tuple[str, ...],

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from bench.commands import PATH, RUNS, Finite
+from bench.commands import PATH, RUNS, Finite, unread_output
 
 
 @click.command(context_settings={"ignore_unknown_options": True})
@@ -15,6 +15,7 @@ from bench.commands import PATH, RUNS, Finite
 )
 @click.argument("options", nargs=-1, type=click.UNPROCESSED, metavar="[OPTIONS OF RUN]")
 @click.pass_context
+@unread_output()
 def command(ctx: click.Context, scheduler: str, out: Path, limit: float, options: tuple[str, ...]) -> int:
     """Measure several computers: the workers of a Dask scheduler.
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from bench.commands import PATH
+from bench.commands import PATH, unread_output
 
 
 @click.command()
@@ -14,6 +14,7 @@ from bench.commands import PATH
 @click.option("--scheduler", metavar="ADDRESS", help="Of a Dask scheduler, as tcp://10.0.0.1:8786.")
 @click.option("--workers", type=click.IntRange(1), help="Processes on this machine [one a core].")
 @click.option("--resume", is_flag=True, help="Work out the shards that the folder lacks.")
+@unread_output()
 def command(
     study: Path, out: Path, n: int | None, scheduler: str | None, workers: int | None, resume: bool
 ) -> None:

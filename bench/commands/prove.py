@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from bench.commands import FAULTS, LIMITS, PATH, RUNS, SINGLE, echo, refuse_another_s
+from bench.commands import FAULTS, LIMITS, PATH, RUNS, SINGLE, echo, refuse_another_s, unread_output
 
 if TYPE_CHECKING:
     from bench.proof import Proof, Subject
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 @click.option(
     "--out", type=PATH, default=RUNS / "proof", show_default=True, metavar="DIR", help="Made if missing."
 )
+@unread_output()
 def command(
     vehicles: tuple[str, ...],
     methods: tuple[str, ...],

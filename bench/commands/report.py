@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from bench.commands import PATH, echo, latest_run
+from bench.commands import PATH, echo, latest_run, unread_output
 
 
 @click.command()
@@ -16,6 +16,7 @@ from bench.commands import PATH, echo, latest_run
     metavar="FILE",
     help="Also put the result table between the markers of this file.",
 )
+@unread_output()
 def command(directories: tuple[Path, ...], out: Path | None, readme: Path | None) -> None:
     """Render the report of a run, or one report of several machines.
 

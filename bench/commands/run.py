@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from bench.commands import PATH, RUNS, Finite, latest_run, log_options, read_options
+from bench.commands import PATH, RUNS, Finite, latest_run, log_options, read_options, unread_output
 
 
 @click.command()
@@ -68,6 +68,7 @@ from bench.commands import PATH, RUNS, Finite, latest_run, log_options, read_opt
 @click.option(
     "--out", type=PATH, metavar="DIR", help="Of record and report [runs/<machine>/<date and time>]."
 )
+@unread_output()
 def command(
     out: Path | None,
     preset: str | None,
@@ -120,10 +121,11 @@ def command(
             run(settings, directory, resume=resume, watch=watch, warn=warn)
         except Interrupted:
             interrupted = True
+    report = render(directory)
     for line in read(directory).said:
         tell(console, line)
     good = show(directory, console)
-    tell(console, f"Report: {render(directory)}")
+    tell(console, f"Report: {report}")
     if interrupted:
         console.print(
             "Interrupted; the same command with `--resume` goes on where it stopped.", highlight=False

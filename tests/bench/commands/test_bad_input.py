@@ -1,16 +1,20 @@
 """A wrong argument or file ends a command soon, with exit code 2 and one line on standard error."""
 
 import os
+import pkgutil
 import shlex
 import signal
 import subprocess
 import sys
 import time
+from importlib import import_module
 from pathlib import Path
 
+import click
 import pytest
 from click.testing import CliRunner
 
+from bench import commands
 from bench.__main__ import cli, main
 from tests.made_up import cell, header, record
 from tests.places import ROOT
@@ -312,6 +316,21 @@ def test_output_that_its_reader_closes_early_ends_without_a_traceback_or_a_verdi
             left.stdout.close()
             assert left.stderr.read() == b""
         assert left.returncode == 128 + signal.SIGPIPE  # 1 would say that something got worse
+
+
+def test_a_command_that_writes_a_folder_finishes_it_though_nobody_reads_its_output(place: Path) -> None:
+    run = "run --vehicle ukwial --method pinv --demands inactive --n 5 --repeats 1 --out unread"
+    with subprocess.Popen(
+        [sys.executable, "-m", "bench", *run.split()], cwd=place, stdout=subprocess.PIPE
+    ) as left:
+        assert left.stdout is not None
+        left.stdout.close()
+    assert left.returncode == 0
+    assert (place / "unread" / "report.md").exists()
+    for module in pkgutil.iter_modules(commands.__path__):
+        command: click.Command = import_module(f"bench.commands.{module.name}").command
+        if {"--out"} & {name for option in command.params for name in option.opts}:
+            assert hasattr(command.callback, "__wrapped__"), module.name
 
 
 @pytest.mark.parametrize(
