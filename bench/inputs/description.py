@@ -198,15 +198,13 @@ def drafted(
     else:
         draft.assumptions.append("No link has a mass: the centre of mass is taken at the base.")
     limits = [found.get(mount.joint, Motor(None, None)) for mount in chosen]
-    lows, highs = ([motor[side] for motor in limits] for side in (0, 1))
-    if all(low is not None for low in lows) and all(high is not None for high in highs):
-        draft.f_min, draft.f_max = (
-            _one([low for low in lows if low is not None]),
-            _one([high for high in highs if high is not None]),
-        )
-        draft.limits_assumed.append("Limits are those of gz-sim's thruster plug-in.")
-        if any(motor.mirrored for motor in limits):
-            draft.limits_assumed.append("It has no min_thrust_cmd: as much astern as ahead is assumed.")
+    mirrored = "It has no min_thrust_cmd: as much astern as ahead is assumed."
+    draft.set_limits(
+        [motor.f_min for motor in limits],
+        [motor.f_max for motor in limits],
+        "Limits are those of gz-sim's thruster plug-in.",
+        *([mirrored] if any(motor.mirrored for motor in limits) else []),
+    )
     return draft
 
 
@@ -251,10 +249,6 @@ def _name(mount: Mount) -> str:
     name = re.sub(r"[_ -]*joint$", "", mount.joint or mount.link) or mount.joint
     kept = re.sub(r'[@,"/]', "-", name)[:40].strip()
     return f"thruster {kept}" if is_index(kept) or kept in ("", "each") else kept
-
-
-def _one(values: list[float]) -> float | list[float]:
-    return values[0] if len(set(values)) == 1 else values
 
 
 def read_xml(path: Path) -> Element:

@@ -1,13 +1,12 @@
 """A vehicle as far as a file of another project tells, and look-ups in parameter files."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from alloc.errors import VehicleError
 from alloc.files.yaml_tree import YamlTree
-from alloc.vehicle.frame import described
 from alloc.vehicle.keys import Numbers
-from bench.inputs.frames import of_comments
 
 
 @dataclass(kw_only=True)
@@ -24,11 +23,11 @@ class Draft:
     reaction_torque : (n,) each propeller's own moment along its thrust [m]
     names : (n,) what the thrusters are called
     f_min, f_max : one limit for all thrusters, or one each [N]
-    limits_assumed : what of these the file does not say, one sentence each; void once both are told
+    limits_assumed : what of these the file does not say, one sentence each; void once the user gives both
     weights, slack_weights : (n,) and (k,) diagonals of H and Q
-    frame : frd or flu
-    frame_assumed : why that frame is taken, in a sentence; empty where the file, its format or the user says
-    frame_refused : why no frame can be taken until the user says one; empty where one can
+    frame : frd or flu; empty where neither the file's keys nor its format say one
+    frame_assumed : why that frame is taken, in a sentence, unless a comment or the user says one; empty where
+        the file or its format does
     assumptions : what else the file does not say and is assumed, one sentence each
     """
 
@@ -44,22 +43,25 @@ class Draft:
     f_max: float | Numbers | None = None
     weights: Numbers | None = None
     slack_weights: Numbers | None = None
-    frame: str = "frd"
+    frame: str = ""
     frame_assumed: str = ""
-    frame_refused: str = ""
     limits_assumed: list[str] = field(default_factory=list)
     assumptions: list[str] = field(default_factory=list)
 
+    def set_limits(self, low: Sequence[float | None], high: Sequence[float | None], *assumed: str) -> None:
+        """Take limits (n,) [N] that all thrusters have, as one number where they are alike.
 
-def with_comment(draft: Draft, text: str) -> Draft:
-    """The draft in the frame that a comment of its file states; without one in its format's own, else frd."""
-    stated = of_comments(text)
-    if stated.frame:
-        draft.frame, draft.frame_assumed = stated.frame, ""
-    draft.frame_refused = stated.refusal
-    if not (stated.frame or stated.refusal or draft.frame_assumed):
-        draft.frame_assumed = f"The file names no frame: {described('frd')} is taken; --frame flu if z is up."
-    return draft
+        The sentences of ``assumed`` hold where both sides are taken.
+        """
+        sides = [[end for end in side if end is not None] for side in (low, high)]
+        taken = [side if len(side) == len(low) else [] for side in sides]
+        self.f_min, self.f_max = (None if not s else s[0] if len({*s}) == 1 else s for s in taken)
+        self.limits_assumed += assumed if all(taken) else ()
+
+
+def has_key(text: str, *names: str) -> bool:
+    """True if a line of YAML begins with one of these keys."""
+    return any(line.strip().startswith(tuple(f"{name}:" for name in names)) for line in text.splitlines())
 
 
 def find(tree: YamlTree, *names: str) -> Any:
@@ -75,14 +77,6 @@ def find(tree: YamlTree, *names: str) -> Any:
     return None
 
 
-def places(data: Any, name: str, within: tuple[str, ...] = ()) -> list[tuple[str, ...]]:
-    """Below which keys one of that name stands, from outermost to innermost: an entry for each time."""
-    if not isinstance(data, dict):
-        return []
-    inner = (places(value, name, (*within, str(key))) for key, value in data.items())
-    return [*([within] if name in data else []), *(place for found in inner for place in found)]
-
-
 def numbers(tree: YamlTree, key: str, value: Any) -> Numbers:
     """A flat list of numbers; raises VehicleError."""
     if not isinstance(value, list):
@@ -93,6 +87,14 @@ def numbers(tree: YamlTree, key: str, value: Any) -> Numbers:
                 f"{tree.path}: {key} holds {_brief(x)}, which is no number; write it as 0.5 or -40"
             )
     return [float(x) for x in value]
+
+
+def ends(tree: YamlTree, nodes: Sequence[Any], key: str, what: str) -> list[float | None]:
+    """The number under a key of each table; None where there is none. Raises VehicleError."""
+    return [
+        numbers(tree, what, [node[key]])[0] if isinstance(node, dict) and key in node else None
+        for node in nodes
+    ]
 
 
 def _brief(value: Any) -> str:

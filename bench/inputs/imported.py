@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,7 @@ from alloc.vehicle.keys import VehicleFile
 from alloc.vehicle.names import unmistakable
 from bench.inputs.draft import Draft
 from bench.inputs.formats import formats, recognised, tam
+from bench.inputs.frames import of_comments
 
 PLANAR = ("surge", "sway", "yaw")
 PREFERRED = ("surge", "sway", "heave", "yaw", "roll", "pitch")
@@ -62,17 +62,25 @@ def import_vehicle(path: Path, format_name: str = "", options: ImportOptions | N
 
     Raises FileError, VehicleError (what is missing and which option gives it) or UnknownName.
     """
-    options = options or ImportOptions()
+    options, text = options or ImportOptions(), read_text(path)
     if format_name and format_name not in formats():
         raise unknown("format", format_name, formats())
-    module = formats()[format_name] if format_name else recognised(path, read_text(path))
-    if options.thruster and not getattr(module, "PATTERN", False):
-        raise VehicleError(f"{path}: --thruster is for URDF and SDF, which name joints; leave it out")
-    if options.limits is not None:
-        draft = _with_options(path, module, options, tam.read_options(options.limits))
-    else:
-        draft = module.read(path, options.thruster) if options.thruster else module.read(path)
-    keys = _keys(path, draft, options)
+    module = formats()[format_name] if format_name else recognised(path, text)
+    for option, value in (("--thruster", options.thruster), ("--limits", options.limits)):
+        if value and not getattr(module, "PATTERN", False):
+            raise VehicleError(f"{path}: {option} is for URDF and SDF, which name joints; leave it out")
+    manager = tam.read_options(options.limits) if options.limits else tam.ManagerOptions()
+    pattern = options.thruster or manager.pattern
+    draft = module.read(path, pattern) if pattern else module.read(path)
+    if options.limits and manager.f_min is not None and manager.f_max is not None:
+        draft.f_min, draft.f_max = manager.f_min, manager.f_max
+        draft.limits_assumed = [f"Limits are min_thrust and max_thrust of {options.limits.name}, in N."]
+    if options.limits and manager.deadzone:
+        draft.assumptions.append(
+            f"{options.limits.name}: deadzone {manager.deadzone:g} N is left out: thruster_manager avoids"
+            " such thrusts, and a vehicle file has no key for that but the curve in esc."
+        )
+    keys = _keys(path, _completed(path, draft, text, options), options)
     try:
         build_vehicle(keys)
     except VehicleError as error:
@@ -80,27 +88,8 @@ def import_vehicle(path: Path, format_name: str = "", options: ImportOptions | N
     return keys
 
 
-def _with_options(
-    path: Path, module: ModuleType, options: ImportOptions, manager: tam.ManagerOptions
-) -> Draft:
-    """The draft of a description with the joints and the limits that thruster_manager's file says."""
-    assert options.limits is not None
-    if not getattr(module, "PATTERN", False):
-        raise VehicleError(f"{path}: --limits is for URDF and SDF, which have none; leave it out")
-    draft: Draft = module.read(path, options.thruster or manager.pattern)
-    if manager.f_min is not None and manager.f_max is not None:
-        draft.f_min, draft.f_max = manager.f_min, manager.f_max
-        draft.limits_assumed = [f"Limits are min_thrust and max_thrust of {options.limits.name}, in N."]
-    if manager.deadzone:
-        draft.assumptions.append(
-            f"{options.limits.name}: deadzone {manager.deadzone:g} N is left out: thruster_manager avoids"
-            " such thrusts, and a vehicle file has no key for that but the curve in esc."
-        )
-    return draft
-
-
 def _keys(path: Path, draft: Draft, options: ImportOptions) -> VehicleFile:
-    draft = _completed(path, draft, options)
+    """The keys of a draft that has all it needs, with the axes that thrusters control."""
     data = YamlTree(path, _data(path, draft, options), {})
     keys = convert(data, VehicleFile, "docs/your-vehicle.md", VehicleError)
     try:
@@ -108,29 +97,28 @@ def _keys(path: Path, draft: Draft, options: ImportOptions) -> VehicleFile:
         published = suspects(keys, T.shape[1])
     except VehicleError as error:
         raise VehicleError(f"{path}: {error}") from None
-    if computed is not None:
-        for contradiction in contradictions(T, computed, keys.dof, called(keys, T.shape[1])):
-            raise VehicleError(f"{path}: {contradiction}; decide with --take T or --take poses", "T")
-    refused = refusals(T, keys.dof, reaction_torques(keys, T.shape[1]), called(keys, T.shape[1]))
+    names = called(keys, T.shape[1])
+    for contradiction in contradictions(T, computed, keys.dof, names) if computed is not None else ():
+        raise VehicleError(f"{path}: {contradiction}; decide with --take T or --take poses", "T")
+    refused = refusals(T, keys.dof, reaction_torques(keys, T.shape[1]), names)
     for refusal in (refusal for i, refusal in refused.items() if i not in published):
         every = ",".join(map(str, refused))
         raise VehicleError(f"{path}: T: {refusal}; to take all such as published: --suspect {every}", "T")
     rows = list(range(len(keys.dof))) if options.dof else _independent(T, keys.dof)
-    left_out = [axis for row, axis in enumerate(keys.dof) if row not in rows]
     keys.notes = draft.assumptions + [
-        f"{axis} is left out of dof: no thruster moves it independently of the others." for axis in left_out
+        f"{axis} is left out of dof: no thruster moves it independently of the others."
+        for row, axis in enumerate(keys.dof)
+        if row not in rows
     ]
-    keys.T = None if keys.T is None else [keys.T[row] for row in rows]
-    keys.slack_weights = None if keys.slack_weights is None else [keys.slack_weights[row] for row in rows]
-    keys.dof = [keys.dof[row] for row in rows]
+    for key in ("T", "slack_weights", "dof"):
+        if (values := getattr(keys, key)) is not None:
+            setattr(keys, key, [values[row] for row in rows])
     return keys
 
 
-def _completed(path: Path, draft: Draft, options: ImportOptions) -> Draft:
-    """The draft with the user's options in it, and its assumptions brought up to date."""
-    told = options.f_min is not None and options.f_max is not None
-    notes = [*draft.assumptions, *([] if told else draft.limits_assumed)]
-    dof = draft.dof
+def _completed(path: Path, draft: Draft, text: str, options: ImportOptions) -> Draft:
+    """The draft with the frame of a comment and the user's options, its assumptions brought up to date."""
+    dof, notes = draft.dof, list(draft.assumptions)
     if not dof and draft.T is not None:
         dof = options.dof or {6: DOF, 3: PLANAR}.get(len(draft.T), ())
         if len(dof) != len(draft.T):
@@ -139,13 +127,12 @@ def _completed(path: Path, draft: Draft, options: ImportOptions) -> Draft:
             raise VehicleError(f"{path}: T has {len(draft.T)} rows without names; {remedy}", "dof")
         if not options.dof:
             notes.append(f"The rows of T have no names: {', '.join(dof)} is taken.")
-    if draft.frame_refused and not options.frame:
-        raise VehicleError(f"{path}: {draft.frame_refused}", "frame")
-    frame = options.frame or draft.frame
-    why = f"The frame is {frame}, as told." if options.frame else draft.frame_assumed
-    notes.append(why or f"The frame is {described(frame)}, as the file says.")
-    for key in ("f_min", "f_max"):
-        if getattr(options, key) is not None:
+    frame, why, note = _frame(path, draft, text, options.frame)
+    limits = {key: getattr(options, key) for key in ("f_min", "f_max")}
+    notes += [] if None not in limits.values() else draft.limits_assumed
+    notes.append(note)
+    for key, value in limits.items():
+        if value is not None:
             notes.append(f"{key} is as told, not from the file.")
         elif getattr(draft, key) is None:
             raise VehicleError(f"{path}: no limits in it; give --f-min and --f-max [N]", key)
@@ -155,12 +142,25 @@ def _completed(path: Path, draft: Draft, options: ImportOptions) -> Draft:
         draft,
         dof=dof or DOF,
         frame=frame,
-        frame_assumed="" if options.frame else draft.frame_assumed,
+        frame_assumed=why,
         names=names if any(names) else None,
-        f_min=draft.f_min if options.f_min is None else options.f_min,
-        f_max=draft.f_max if options.f_max is None else options.f_max,
         assumptions=notes,
+        **{key: value for key, value in limits.items() if value is not None},
     )
+
+
+def _frame(path: Path, draft: Draft, text: str, wanted: str) -> tuple[str, str, str]:
+    """The frame by the user, a comment, or the format; why it is assumed, empty where it is not; a note."""
+    if wanted:
+        return wanted, "", f"The frame is {wanted}, as told."
+    frame, why = draft.frame or "frd", draft.frame_assumed
+    if why or not draft.frame:
+        stated = of_comments(text)
+        if stated.refusal:
+            raise VehicleError(f"{path}: {stated.refusal}", "frame")
+        why = why or f"The file names no frame: {described('frd')} is taken; --frame flu if z is up."
+        frame, why = (stated.frame, "") if stated.frame else (frame, why)
+    return frame, why, why or f"The frame is {described(frame)}, as the file says."
 
 
 def _data(path: Path, draft: Draft, options: ImportOptions) -> dict[str, Any]:

@@ -7,13 +7,12 @@ from pathlib import Path
 
 from alloc import Vehicle
 from alloc.errors import VehicleError
-from alloc.files.textfile import read_text
 from alloc.vehicle import LARGEST
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.keys import VehicleFile
 from bench.inputs.columns import listed, wrenches_of
 from bench.inputs.demand_csv import csv_text
-from bench.inputs.draft import Draft, with_comment
+from bench.inputs.draft import Draft
 from bench.inputs.frames import frame_comment
 from bench.inputs.table import Cells, is_numeric, read_table
 
@@ -54,7 +53,7 @@ def read(path: Path) -> Draft:
     draft = Draft(source=f"{path.name}, CSV of T", dof=dof, T=T, names=None if counts else called)
     if all(map(is_numeric, cells.header)) and _counted(cells.header):
         draft.assumptions.append(f"The first line, {listed(cells.header)}, numbers the columns.")
-    return with_comment(draft, read_text(path))
+    return draft
 
 
 def _is_header(cells: Cells) -> bool:

@@ -8,9 +8,8 @@ tf it makes its own. Limits stand in ``thruster_limits``, each thruster's min an
 from pathlib import Path
 
 from alloc.errors import VehicleError
-from alloc.files.textfile import read_text
 from alloc.files.yaml_tree import read_yaml
-from bench.inputs.draft import Draft, find, numbers, with_comment
+from bench.inputs.draft import Draft, ends, find, has_key, numbers
 
 ORDER = ("roll", "pitch", "yaw", "surge", "sway", "heave")
 MATRIX = "control_allocation_matrix"
@@ -18,7 +17,7 @@ MATRIX = "control_allocation_matrix"
 
 def recognises(path: Path, text: str) -> bool:
     """True if the text has a key ``control_allocation_matrix``."""
-    return any(line.strip().startswith(f"{MATRIX}:") for line in text.splitlines())
+    return has_key(text, MATRIX)
 
 
 def read(path: Path) -> Draft:
@@ -43,8 +42,6 @@ def read(path: Path) -> Draft:
     draft.assumptions.append(f"Each thruster's numbers are {', '.join(ORDER)}, as in mvp_control.")
     limits = find(tree, "thruster_limits")
     own = [limits.get(name) if isinstance(limits, dict) else None for name in table]
-    for key, end in (("f_min", "min"), ("f_max", "max")):
-        ends = [one[end] for one in own if isinstance(one, dict) and end in one]
-        if len(ends) == len(table):
-            setattr(draft, key, numbers(tree, f"thruster_limits {end}", ends))
-    return with_comment(draft, read_text(path))
+    low, high = (ends(tree, own, end, f"thruster_limits {end}") for end in ("min", "max"))
+    draft.set_limits(low, high)
+    return draft

@@ -43,7 +43,7 @@ def read(path: Path) -> Draft:
     if (lengths == 0).any():
         raise VehicleError(f"{path}: CA_ROTOR{int(np.argmin(lengths))}_AX, AY, AZ are all 0; give an axis")
     axes = axes / lengths
-    draft = Draft(source=f"{path.name}, PX4 parameters CA_ROTOR*", dof=DOF)
+    draft = Draft(source=f"{path.name}, PX4 parameters CA_ROTOR*", dof=DOF, frame="frd")
     draft.positions, draft.directions = table[:, :3].tolist(), axes.tolist()
     draft.reaction_torque = (0.0 - table[:, 6]).tolist()
     unset = sorted({key for key in AXES for i in range(count) if f"CA_ROTOR{i}_{key}" not in given})
@@ -91,9 +91,8 @@ def _limits(draft: Draft, given: dict[str, float], count: int) -> None:
             "Full thrust of a rotor is its CT in N, as thrust = CT u^2 with u up to 1."
         )
     reversible = int(given.get("CA_R_REV", 0))
-    draft.f_max = high
-    draft.f_min = [-high[i] if reversible >> i & 1 else 0.0 for i in range(count)]
-    draft.limits_assumed.append("Rotors push one way only unless CA_R_REV says otherwise.")
+    low = [-high[i] if reversible >> i & 1 else 0.0 for i in range(count)]
+    draft.set_limits(low, high, "Rotors push one way only unless CA_R_REV says otherwise.")
 
 
 def _parameters(path: Path) -> dict[str, float]:

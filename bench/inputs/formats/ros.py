@@ -12,11 +12,10 @@ import numpy as np
 
 from alloc import Vehicle
 from alloc.errors import VehicleError
-from alloc.files.textfile import read_text
 from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.keys import Numbers, VehicleFile
-from bench.inputs.draft import Draft, find, numbers, places, rows, with_comment
+from bench.inputs.draft import Draft, find, has_key, numbers, rows
 from bench.inputs.frames import frame_comment
 
 POSITIONS = ("thruster_position", "thruster_positions")
@@ -32,8 +31,7 @@ HELD = frozenset(
 
 def recognises(path: Path, text: str) -> bool:
     """True if the text has a key of positions, directions or the matrix."""
-    starts = tuple(f"{key}:" for key in POSITIONS + DIRECTIONS + MATRIX)
-    return any(line.strip().startswith(starts) for line in text.splitlines())
+    return has_key(text, *POSITIONS, *DIRECTIONS, *MATRIX)
 
 
 def read(path: Path) -> Draft:
@@ -59,7 +57,15 @@ def read(path: Path) -> Draft:
     for key, name in (("weights", "input_matrix_weights"), ("slack_weights", "slack_matrix_weights")):
         if (value := find(tree, name)) is not None:
             setattr(draft, key, numbers(tree, name, value))
-    return with_comment(draft, read_text(path))
+    return draft
+
+
+def places(data: Any, name: str, within: tuple[str, ...] = ()) -> list[tuple[str, ...]]:
+    """Below which keys one of that name stands, from outermost to innermost: an entry for each time."""
+    if not isinstance(data, dict):
+        return []
+    inner = (places(value, name, (*within, str(key))) for key, value in data.items())
+    return [*([within] if name in data else []), *(place for found in inner for place in found)]
 
 
 def _of_one_node(tree: YamlTree) -> YamlTree:
@@ -71,11 +77,11 @@ def _of_one_node(tree: YamlTree) -> YamlTree:
             raise VehicleError(
                 f"{tree.path}: {name} stands below {one!r} and {two!r}; keep one vehicle's part"
             )
-    firsts = {place[0] for stands in found.values() for place in stands if place}
-    others = [part for name, part in tree.data.items() if name not in firsts | {"/**"}] if firsts else []
+    owners = {"/**"} | {place[0] for stands in found.values() for place in stands if place}
+    others = [part for name, part in tree.data.items() if name not in owners] if len(owners) > 1 else []
     # Another node's parameters, as a controller's max_force, are no thrusters'.
     if others and all(isinstance(part, dict) and "ros__parameters" in part for part in others):
-        return replace(tree, data={name: tree.data[name] for name in tree.data if name in firsts | {"/**"}})
+        return replace(tree, data={name: part for name, part in tree.data.items() if name in owners})
     return tree
 
 

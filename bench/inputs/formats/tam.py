@@ -10,12 +10,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from alloc.errors import VehicleError
-from alloc.files.textfile import read_text
 from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle.frame import described
 from alloc.vehicle.geometry import DOF
 from bench.inputs.columns import listed
-from bench.inputs.draft import Draft, find, numbers, rows, with_comment
+from bench.inputs.draft import Draft, ends, find, has_key, numbers, rows
 
 ROWS = {
     "surge": ("x", "surge"),
@@ -40,15 +39,11 @@ OPTIONS = (
 
 def recognises(path: Path, text: str) -> bool:
     """True if the text has a key ``tam``."""
-    return any(line.strip().startswith("tam:") for line in text.splitlines())
+    return has_key(text, "tam")
 
 
 def read(path: Path) -> Draft:
-    """The Draft of a TAM file, in the frame that a comment says; raises FileError or VehicleError."""
-    return with_comment(_draft(path), read_text(path))
-
-
-def _draft(path: Path) -> Draft:
+    """The Draft of a TAM file; raises FileError or VehicleError."""
     tree = read_yaml(path)
     tam = find(tree, "tam")
     if isinstance(tam, dict):
@@ -56,9 +51,8 @@ def _draft(path: Path) -> Draft:
     T = rows(tree, "tam", tam)
     if len(T) != len(DOF):
         raise VehicleError(f"{path}: tam has {len(T)} rows{_transposed(T)}; give six, surge to yaw")
-    draft = Draft(
-        source=f"{path.name}, thruster allocation matrix of uuv_simulator", dof=DOF, T=T, frame="flu"
-    )
+    draft = Draft(source=f"{path.name}, thruster allocation matrix of uuv_simulator", dof=DOF, T=T)
+    draft.frame = "flu"
     draft.frame_assumed = "The frame is base_link, flu: x ahead, y to port, z up."
     if (limit := find(tree, "max_thrust")) is not None:
         draft.f_max = numbers(tree, "max_thrust", [limit])[0]
@@ -91,15 +85,17 @@ def _by_name(tree: YamlTree, tam: dict[str, Any]) -> Draft:
         f"The file names no frame: {described('frd')} is taken, as auv_controllers' own vehicles have it;"
         " --frame flu if z is up."
     )
-    n = len(given[axes[0]])
-    thrusters = find(tree, "thrusters")
-    if (
-        isinstance(thrusters, list)
-        and len(thrusters) == n
-        and all(isinstance(name, str) for name in thrusters)
-    ):
-        draft.names = [name.removesuffix("_joint")[:40] for name in thrusters]
-    _limits(tree, draft, thrusters if draft.names else None, n)
+    names, n = find(tree, "thrusters"), len(given[axes[0]])
+    is_named = isinstance(names, list) and len(names) == n and all(isinstance(name, str) for name in names)
+    draft.names = [name.removesuffix("_joint")[:40] for name in names] if is_named else None
+    controllers = [node for node in _maps(tree.data) if "min_thrust" in node or "max_thrust" in node]
+    of_each = {str(node.get("thruster", "")): node for node in controllers}
+    own: list[dict[str, Any] | None] = [of_each.get(name) for name in names] if is_named else [None]
+    if None in own and len(controllers) == 1:
+        own = [controllers[0]] * n
+    if None not in own:
+        low, high = (ends(tree, own, key, key) for key in ("min_thrust", "max_thrust"))
+        draft.set_limits(low, high)
     return draft
 
 
@@ -121,10 +117,10 @@ class ManagerOptions(NamedTuple):
     pattern : of the joints that are thrusters; empty where gz-sim's plug-ins say them
     """
 
-    f_min: float | None
-    f_max: float | None
-    deadzone: float
-    pattern: str
+    f_min: float | None = None
+    f_max: float | None = None
+    deadzone: float = 0.0
+    pattern: str = ""
 
 
 def read_options(path: Path) -> ManagerOptions:
@@ -149,22 +145,6 @@ def read_options(path: Path) -> ManagerOptions:
     parts = [re.escape(str(joint)) for joint in joints] + ([re.escape(prefix) + ".*"] if prefix else [])
     given = low != 0 and high != 0
     return ManagerOptions(low if given else None, high if given else None, dead, "|".join(parts))
-
-
-def _limits(tree: YamlTree, draft: Draft, thrusters: list[str] | None, n: int) -> None:
-    """min_thrust and max_thrust of each thruster, by the name in its controller, or one for all."""
-    controllers = [node for node in _maps(tree.data) if "min_thrust" in node or "max_thrust" in node]
-    by_thruster = {str(node.get("thruster", "")): node for node in controllers}
-    if thrusters is not None and all(name in by_thruster for name in thrusters):
-        chosen = [by_thruster[name] for name in thrusters]
-    elif len(controllers) == 1:
-        chosen = controllers * n
-    else:
-        return
-    for key, name in (("f_min", "min_thrust"), ("f_max", "max_thrust")):
-        if all(name in node for node in chosen):
-            values = numbers(tree, name, [node[name] for node in chosen])
-            setattr(draft, key, values[0] if len(set(values)) == 1 else values)
 
 
 def _maps(data: Any) -> Iterator[dict[str, Any]]:

@@ -15,13 +15,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from alloc.errors import VehicleError
-from alloc.files.textfile import read_text
 from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.keys import Numbers
 from bench.inputs.columns import listed
 from bench.inputs.description import SHORTEST, exact_angle
-from bench.inputs.draft import Draft, numbers, with_comment
+from bench.inputs.draft import Draft, numbers
 
 UNITS = {"": 1.0, "_m": 1.0, "_cm": 1e-2, "_mm": 1e-3}
 POSITIONS = {f"{name}{unit}": size for name in ("position", "pos", "xyz") for unit, size in UNITS.items()}
@@ -90,14 +89,14 @@ def read(path: Path) -> Draft:
         ends = [numbers(tree, "thrust_bounds", bound) for bound in bounds]
         if any(len(pair) != 2 for pair in ends):
             raise VehicleError(f"{path}: thrust_bounds is no pair; give the least and the largest thrust [N]")
-        draft.f_min, draft.f_max = ([pair[side] for pair in ends] for side in (0, 1))
-        draft.limits_assumed.append("Limits are thrust_bounds, in N.")
+        low, high = zip(*ends, strict=True)
+        draft.set_limits(low, high, "Limits are thrust_bounds, in N.")
     others = sorted(
         {k for _, entry in entries.values() for k in entry} - {key, way, *NAMES, *NESTED, "thrust_bounds"}
     )
     if others:
         draft.assumptions.append(f"Left out of each thruster: {listed(others)}.")
-    return with_comment(draft, read_text(path))
+    return draft
 
 
 def _groups(data: Any, where: str) -> Iterator[tuple[str, dict[str, tuple[str, dict[str, Any]]]]]:

@@ -21,10 +21,9 @@ from bench.inputs.description import Mass, Mount, along, drafted, motors, pose, 
 from bench.inputs.draft import Draft
 
 BASE = "base_link"
-LOST = "gz does not have these thrusters, as it leaves out links of a URDF without mass and all below them"
 PATTERN = True
 """``read`` takes a pattern of thrusters' names."""
-_KEPT = {
+_PARTS = (
     "robot",
     "link",
     "inertial",
@@ -36,7 +35,8 @@ _KEPT = {
     "child",
     "axis",
     "limit",
-}
+)
+"""Elements that ROS's parser is given."""
 
 
 def recognises(path: Path, text: str) -> bool:
@@ -74,7 +74,7 @@ def _parsed(path: Path, root: Element) -> Any:
         raise NotInstalled("reading URDF needs urdfdom-py; pip install 'thrustbench[urdf]'") from None
     for element in list(root.iter()):
         for child in list(element):
-            known = child.tag in _KEPT and not (child.tag == "joint" and element is not root)
+            known = child.tag in _PARTS and not (child.tag == "joint" and element is not root)
             if not known or (child.tag == "link" and element is not root):
                 element.remove(child)
     try:
@@ -117,35 +117,11 @@ def _poses(path: Path, robot: Any) -> dict[str, FloatArray]:
 
 
 def _mounts(path: Path, robot: Any, poses: dict[str, FloatArray], to_base: FloatArray) -> Iterator[Mount]:
-    lost = _lost(robot)
     for joint in robot.joints:
         here = to_base @ poses[joint.child]
         axis = along(path, joint.name, joint.axis or [1.0, 0.0, 0.0])
         turns = joint.joint_type in ("continuous", "revolute")
-        remark = LOST if joint.child in lost else ""
-        yield Mount(joint.name, joint.child, here[:3, 3], here[:3, :3] @ axis, turns, remark)
-
-
-def _lost(robot: Any) -> set[str]:
-    """Links that sdformat 12.3 leaves out of a URDF: without mass, or below such a link.
-
-    What fixed joints carry is lumped into their parent before.
-    """
-    masses = {link.name: (link.inertial.mass or 0.0) if link.inertial else 0.0 for link in robot.links}
-    parents = {joint.child: joint for joint in robot.joints}
-    above = {name: [name] for name in masses}  # from each link to the root, which _poses found to be a tree
-    for chain in above.values():
-        while chain[-1] in parents:
-            chain.append(parents[chain[-1]].parent)
-    lumped = dict.fromkeys(masses, 0.0)
-    for name, chain in above.items():
-        for link in chain:
-            lumped[link] += masses[name]
-            if link not in parents or parents[link].joint_type != "fixed":
-                break
-    return {
-        name for name, chain in above.items() if any(lumped[link] <= 0 for link in chain if link != "world")
-    }
+        yield Mount(joint.name, joint.child, here[:3, 3], here[:3, :3] @ axis, turns)
 
 
 def _mass(path: Path, link: Any, here: FloatArray) -> Mass:

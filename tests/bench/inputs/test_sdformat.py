@@ -10,7 +10,6 @@ import pytest
 
 from alloc import AllocError
 from bench.inputs.formats import sdf as reader
-from bench.inputs.formats import urdf
 from bench.inputs.imported import ImportOptions, import_vehicle
 
 pytest.importorskip("defusedxml", reason="needs the extra urdf")
@@ -68,7 +67,6 @@ int main(int, char **files) {
 POSE = "<pose>0.2 0.1 0.3 0.4 0.5 0.6</pose>"
 OTHER = '<link name="k"><pose>0 0 1 0 0.3 1</pose></link>'
 POD = '<model name="pod"><pose>1 0 0 0 0 1</pose><link name="q"><pose>0 0 1 0 1 0</pose></link>{}</model>'
-INERTIA = '<inertial><mass value="{}"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
 
 
 def sdf(version: str, body: str) -> str:
@@ -194,35 +192,3 @@ def test_each_version_is_read_as_libsdformat_reads_it(
     links = np.array([values for kind, values in found if kind == "link"])
     center = links[:, 0] @ links[:, 1:] / links[:, 0].sum()
     np.testing.assert_allclose(draft.center_of_mass, center, rtol=0, atol=1e-12)
-
-
-def hung(name: str, parent: str, mass: str, kind: str = "continuous") -> str:
-    """A link of a URDF and the joint that carries it."""
-    inertial = INERTIA.format(mass) if mass else ""
-    return (
-        f'<link name="{name}">{inertial}</link><joint name="{name}_joint" type="{kind}"><parent link="{parent}"/>'
-        f'<child link="{name}"/><origin xyz="0.2 0.1 0"/><axis xyz="1 0 0"/></joint>'
-    )
-
-
-URDF = {
-    "mass": hung("thruster", "base", "0.1"),
-    "no inertial": hung("thruster", "base", ""),
-    "no mass": hung("thruster", "base", "0"),
-    "on a bracket without": hung("bracket", "base", "", "fixed") + hung("thruster", "bracket", "0.1"),
-    "on a bracket with": hung("bracket", "base", "1", "fixed") + hung("thruster", "bracket", "0.1"),
-    "with a fixed hub": hung("thruster", "base", "") + hung("hub", "thruster", "0.1", "fixed"),
-    "with a turning hub": hung("thruster", "base", "") + hung("hub", "thruster", "0.1"),
-}
-
-
-@LONG
-@pytest.mark.parametrize("body", URDF.values(), ids=URDF)
-def test_a_thruster_that_sdformat_leaves_out_of_a_urdf_is_said(
-    tmp_path: Path, probe: Path, body: str
-) -> None:
-    file = tmp_path / "m.urdf"
-    file.write_text(f'<robot name="r"><link name="base">{INERTIA.format(8)}</link>{body}</robot>')
-    notes = urdf.read(file).assumptions
-    said = any("gz does not have these thrusters" in note and "thruster_joint" in note for note in notes)
-    assert said == (not [kind for kind, _ in theirs(probe, file) if kind == "joint"])

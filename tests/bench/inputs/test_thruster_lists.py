@@ -74,7 +74,7 @@ def test_millimetres_bounds_and_a_frame_are_taken_as_the_file_says_them(tmp_path
     keys = imported(tmp_path, "# frame: flu\n" + text)
     assert keys.thrusters is not None
     np.testing.assert_allclose([t.position for t in keys.thrusters], POSITIONS, rtol=0, atol=1e-12)
-    assert (keys.f_min, keys.f_max, keys.frame) == ([-80] * 6, [99.5] * 6, "flu")
+    assert (keys.f_min, keys.f_max, keys.frame) == (-80, 99.5, "flu")
     assert "Left out of each thruster: node_id." in keys.notes
 
 
