@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 @SINGLE
 @LIMITS
 @FAULTS
-@click.option("--thorough", is_flag=True, help="Ten times the demands, searches and closer bounds: minutes.")
+@click.option("--thorough", is_flag=True, help="Ten times the demands: minutes.")
 @click.option(
     "--counts", type=PATH, metavar="DIR", help="What `emulate` counted, asked again [runs/emulated if there]."
 )

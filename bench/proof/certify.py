@@ -1,70 +1,53 @@
 """One kernel, everything that can be shown of it."""
 
+import re
 import tempfile
 import time
+from collections import Counter
 from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
 
-from alloc import NotApplicable
 from alloc.c import digest, known_faults
-from alloc.program import Node
-from bench.chips.target import targets
-from bench.chips.toolchain import ToolError, missing
+from alloc.files.textfile import write_folder
 from bench.harness import machine
-from bench.proof import misra, tools
-from bench.proof.answers import answered
-from bench.proof.not_read import NotRead
-from bench.proof.proof import ASSUMPTIONS, Claim, Proof, Rounding, WorstPath, not_shown
-from bench.proof.rounding.band import verdict_band
-from bench.proof.rounding.errors import Errors
-from bench.proof.rounding.gappa import before_limits
-from bench.proof.rounding.search import RUNS, searched
-from bench.proof.rounding.seen import seen
+from bench.proof import tools
+from bench.proof.answers import answer_claims
+from bench.proof.proof import ASSUMPTIONS, Broken, Proof, not_shown
+from bench.proof.rounding.claims import band_claim, rounding_claim
 from bench.proof.safety import claims as safety
 from bench.proof.safety import esc
-from bench.proof.sent import sent
-from bench.proof.subject import Subject, subject
-from bench.proof.symbolic import programs
+from bench.proof.source import Subject
 from bench.proof.translation import translated
-from bench.proof.worst import Contradicted, Counted, worst_path
+from bench.proof.worst import Counted, worst_paths
 
 
 class Effort(NamedTuple):
-    """How much is tried beside what is proven.
+    """Demands beside whose largest rounding error the bound stands.
 
     Attributes
     ----------
-    demands, demands_fault : those of the whole vehicle and of each fault, beside whose largest error the
-        bound on rounding stands
-    runs : how often a search for larger errors begins anew
-    closely : whether a bound far above the errors is followed more closely, for some times as long
+    demands, demands_fault : those of the whole vehicle, and of each fault
     """
 
     demands: int
     demands_fault: int
-    runs: int
-    closely: bool
 
 
-USUAL = Effort(100_000, 2_000, 1, closely=False)
-THOROUGH = Effort(1_000_000, 10_000, RUNS, closely=True)
-FAR = 10.0
-"""Where the bound is so many times the largest error of random demands, a search looks for larger ones; where
-it is so many times those, too, for a closer bound."""
-ALIKE = 2.0**-23
-"""Constants this close are one number, in double and rounded to float."""
-
-SAYS = 0.01
-"""A band as wide as this leaves next to nothing that is refused."""
-
-BOUNDED = "Rounding moves no thrust of an attainable demand by more than the bound below."
-
-
-REFUSES = "A demand whose α* is below 1 by more than the band is refused."
-WORST = "No call takes more instructions than the bound."
+USUAL, THOROUGH = Effort(100_000, 2_000), Effort(1_000_000, 10_000)
+REASONS = {
+    "2.4": "Advisory. The enumeration of status values has no name, and needs none: its constants are used.",
+    "8.9": "Advisory. Tables of the cascade stand in front of the two functions that share its numbers.",
+    "9.3": "Required. {0} sets the first element, and C99 6.7.8 all others to zero, which is what is meant.",
+    "10.3": "Required. An int holds what a comparison gives, 0 or 1: C90's and C99's own type of it.",
+    "12.1": "Advisory. a + b * c needs no brackets for who reads formulas; generated sums are long.",
+    "12.3": "Advisory. The comma stands between names that one declaration defines; it is no operator.",
+    "14.4": "Required. The condition is a comparison, negated, or an int that holds one (see 10.3).",
+    "15.5": "Advisory. A demand that is refused returns at once: one exit would cost every answer a branch.",
+}
+"""Why generated C breaks a rule, in words of its own: the rules' texts are MISRA's."""
 
 
 def prove(
@@ -81,18 +64,19 @@ def prove(
     say("memory, status and limits")
     with tempfile.TemporaryDirectory(prefix="thrustbench-") as folder:
         claims, way = safety.claims(of, Path(folder)), esc.claims(of, Path(folder))
-        rules = misra.broken(of, Path(folder))
+        rules = broken_rules(of, Path(folder))
         runs = claims[0].verdict == "shown"  # C that may write anywhere is not run
         if runs and way and way[0].verdict == "shown":
-            way += sent(of, Path(folder))
+            way += esc.esc_tests(of, Path(folder))
     claims += [*way, translated(of)]
     if runs:
         say("answers to many demands")
-        claims += answered(of)
+        claims += answer_claims(of)
     say("rounding")
-    bounded, rounding = _bounded(of, effort)
+    bounded, rounding = rounding_claim(of, effort.demands, effort.demands_fault)
+    faults = {-1, *known_faults(of.vehicle, of.faults).tolist()}
     say("worst paths")
-    paths, refuted, lacking = _paths(of, before)
+    paths, refuted, lacking = worst_paths(of, before)
     beside = esc.files(of)
     if rules is None:
         lacking.append(not_shown("MISRA C:2012", ["needs cppcheck: " + tools.remedy(["cppcheck"])]))
@@ -110,7 +94,7 @@ def prove(
         tools={name: tools.version(name) for name in tools.PACKAGES},
         assumptions=ASSUMPTIONS,
         claims=[*claims, *refuted],
-        numbers=[bounded, _band(rounding, {-1, *known_faults(of.vehicle, of.faults).tolist()}), *lacking],
+        numbers=[bounded, band_claim(rounding, faults), *lacking],
         rounding=rounding,
         worst_paths=paths,
         misra=rules or [],
@@ -118,110 +102,16 @@ def prove(
     )
 
 
-def _band(rounding: list[Rounding], faults: set[int]) -> Claim:
-    """The widest band of all that the C answers for: each of these ``faults``, -1 among them."""
-    bands = {each.fault: each.verdict_band for each in rounding if each.verdict_band is not None}
-    if missing := sorted(faults - {each.fault for each in rounding}):
-        return not_shown(REFUSES, [f"fault {fault}: no band is known without a bound" for fault in missing])
-    if not bands:
-        return Claim(claim=REFUSES, verdict="does not apply", by="", words=["this method refuses none"])
-    if wide := [fault for fault, band in bands.items() if not band < SAYS]:
-        why = "a demand may be accepted of which next to nothing can be had, where it is as small as rounding"
-        return not_shown(REFUSES, [f"fault {fault}: {why}" for fault in wide])
-    words = [f"at most {max(bands.values()):.2g}"]
-    return Claim(claim=REFUSES, verdict="shown", by="the program's own numbers", words=words)
-
-
-def _bounded(of: Subject, effort: Effort) -> tuple[Claim, list[Rounding]]:
-    if of.limits == "call":
-        return not_shown(BOUNDED, ["limits of the call: ranges are known for the vehicle's own only"]), []
-    try:
-        found, exact = programs(of), _exact(of)
-    except (NotRead, ToolError) as error:
-        return not_shown(BOUNDED, [str(error)]), []
-    rows: list[Rounding] = []
-    words: list[str] = []
-    for fault, program in found.items():
-        vehicle = of.vehicle if fault < 0 else of.vehicle.with_fault(fault)
-        given = program, vehicle, of.scalar, exact.get(fault)
-        errors = Errors(*given)
-        turned = Errors(*given, flips=True) if errors.branches else errors
-        demands = effort.demands if fault < 0 else effort.demands_fault
-        try:
-            bound, flipped = errors.bound(), turned.bound()
-            band = verdict_band(program, errors, vehicle, of.scalar)
-            sample = seen(program, vehicle, of.scalar, exact.get(fault, {}), demands)
-        except (NotRead, NotApplicable) as reason:
-            words.append(f"fault {fault}: {reason}")
-            continue
-        worse = None
-        if sample.error < (enough := bound / FAR):
-            worse = searched(program, vehicle, of.scalar, exact.get(fault, {}), enough, effort.runs)
-        largest = max(sample.error, worse or 0.0)
-        if effort.closely and largest < enough and not errors.branches:
-            bound = flipped = min(bound, Errors(*given, closely=True).bound())
-        gappa = before_limits(program, errors, vehicle, of.scalar) if fault < 0 else None
-        rows.append(
-            Rounding(
-                fault=fault,
-                bound_n=bound,
-                observed_n=sample.error,
-                demands=demands,
-                searched_n=worse,
-                gappa_n=gappa,
-                flipped_n=flipped if flipped > bound else None,
-                flips=sample.flips,
-                flipped_seen_n=sample.flipped,
-                verdict_band=band,
-            )
-        )
-        if not (largest <= bound and sample.flipped <= flipped):
-            words.append(f"fault {fault}: an error of {largest:.3g} N was seen, above the bound")
-    if words:
-        return not_shown(BOUNDED, words), rows
-    return Claim(claim=BOUNDED, verdict="shown", by="ranges and errors, operation by operation"), rows
-
-
-def _exact(of: Subject) -> dict[int, dict[Node, float]]:
-    """Constants of each fault by node before they were rounded to float; none in double.
-
-    They are read out of the same kernel in double. Where float makes other sums of it, the constants count as
-    they stand in the C.
-    """
-    if of.scalar == "double":
-        return {}
-    try:
-        double = programs(subject(of.vehicle, of.kernel, "double", of.limits, of.faults))
-    except NotApplicable:
-        return {}
-    exact: dict[int, dict[Node, float]] = {}
-    for fault, program in programs(of).items():
-        other = double[fault].nodes
-        if [each[0] for each in other] != [each[0] for each in program.nodes]:
-            continue
-        pairs = enumerate(zip(other, program.nodes, strict=True))
-        exact[fault] = {
-            node: wide[1]
-            for node, (wide, narrow) in pairs
-            if wide[0] == "const" and abs(wide[1] - narrow[1]) <= ALIKE * abs(wide[1])
-        }
-    return exact
-
-
-def _paths(of: Subject, before: Counted) -> tuple[list[WorstPath], list[Claim], list[Claim]]:
-    """The worst paths, bounds that a call disproves, and targets that lack a tool."""
-    paths, refuted, lacking = list[WorstPath](), list[Claim](), list[Claim]()
-    for target in targets():
-        if of.scalar not in target.scalars:  # in software its length depends on the numbers
-            continue
-        words = missing(target)
-        try:
-            if not words:
-                paths.append(worst_path(of, target, before))
-        except Contradicted as error:
-            refuted.append(not_shown(WORST, [str(error)]))
-        except ToolError as error:
-            words = str(error)
-        if words:
-            lacking.append(not_shown(f"The worst path on {target.name}.", [words]))
-    return paths, refuted, lacking
+def broken_rules(of: Subject, folder: Path) -> list[Broken] | None:
+    """The rules that header and source break; None where cppcheck is not there."""
+    if "cppcheck" in tools.absent():
+        return None
+    write_folder(folder, of.files)
+    command = [
+        "cppcheck", "--addon=misra", "--enable=style", "--std=c99", "--quiet", "-D__GNUC__=12", "-U__ARM_FP",
+        "--suppress=missingIncludeSystem", "--template={id} {file}:{line}", f"{of.name}.c",
+    ]  # fmt: skip
+    printed = tools.run(command, folder)
+    rules = Counter(re.findall(r"^misra-c2012-(\d+\.\d+) ", printed, re.M))
+    order = sorted(rules, key=lambda rule: [int(part) for part in rule.split(".")])
+    return [Broken(rule=rule, places=rules[rule], reason=REASONS.get(rule, "")) for rule in order]

@@ -1,8 +1,13 @@
-"""A proof as a page, and several as a table."""
+"""A proof as a page, several as a table, and the folder of one: the C, proof.json, and its page."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from pathlib import Path
 
+import msgspec
+
+from alloc.files.textfile import write_folder
 from bench.proof.proof import Proof, Rounding, WorstPath
+from bench.report.document import document
 from bench.results.text import table, three
 
 LIMITS = {"call": "of the call", "fixed": "fixed"}
@@ -60,8 +65,8 @@ def _rounding(proof: Proof) -> str:
     if not proof.rounding:
         return ""
     head = (
-        *("thruster off", "bound [N]", "largest seen [N]", "of demands", "found by a search [N]"),
-        *("bound / largest", "bound where a branch turns [N]", "Gappa, before limits [N]", "1 - α*"),
+        *("thruster off", "bound [N]", "largest seen [N]", "of demands"),
+        *("bound where a branch turns [N]", "1 - α*"),
     )
     return "\n## Rounding\n\n" + table(head, map(_rounding_row, proof.rounding))
 
@@ -72,10 +77,7 @@ def _rounding_row(each: Rounding) -> list[str]:
         three(each.bound_n),
         three(each.observed_n),
         f"{each.demands:,}",
-        three(each.searched_n) or "-",
-        three(each.ratio) if each.ratio else "-",
         three(each.flipped_n) or "-",
-        three(each.gappa_n) or "-",
         three(each.verdict_band) or "-",
     ]
 
@@ -110,20 +112,30 @@ def summary(proofs: Iterable[Proof]) -> str:
     """Markdown: one line a kernel."""
     head = (
         *("kernel", "least of all claims", "errors", "status", "limits"),
-        *("rounding / seen", "worst path", "MISRA without a reason", "s"),
+        *("worst path", "MISRA without a reason", "s"),
     )
     return "# Proofs\n\n" + table(head, map(_line, proofs))
 
 
 def _line(proof: Proof) -> list[str]:
     verdicts = [each.verdict.replace("does not apply", "-") for each in proof.claims[:3]]
-    ratios = [each.ratio for each in proof.rounding]
     return [
         proof.function,
         proof.least,
         *verdicts,
-        three(max(ratios)) if any(ratios) else "-",
         ", ".join(f"{each.target} {each}" for each in proof.worst_paths) or "-",
         str(sum(not each.reason for each in proof.misra)),
         f"{proof.seconds:.0f}",
     ]
+
+
+def write(made: Mapping[str, str], proof: Proof, folder: Path) -> None:
+    """Write this C with its proof into ``folder``, made if missing; raises FileError where that fails."""
+    text = page(proof)
+    files = {
+        **made,
+        "proof.json": msgspec.json.format(msgspec.json.encode(proof), indent=2).decode() + "\n",
+        "proof.md": text,
+        "proof.html": document(text, folder),
+    }
+    write_folder(folder, files)

@@ -38,11 +38,8 @@ class Rounding(msgspec.Struct, frozen=True, kw_only=True):
     bound_n : no thrust of any attainable demand is off by more [N]
     observed_n : the largest error seen [N]
     demands : in how many random demands it was seen
-    searched_n : the largest error that a search found [N]; None where random demands came near the bound
-    gappa_n : Gappa's bound on f before it is cut at the limits [N]; None where it was not asked
     flipped_n : no thrust is off by more where rounding has a branch taken that real numbers do not take [N];
         None where that changes no thrust by more than ``bound_n``, which is for all other demands
-    flips, flipped_seen_n : in how many demands that was seen, and the largest error of those [N]
     verdict_band : 1 - alpha* of the least attainable demand that may still be SOLVED [-]; None where the
         method refuses none
     """
@@ -51,18 +48,8 @@ class Rounding(msgspec.Struct, frozen=True, kw_only=True):
     bound_n: float
     observed_n: float
     demands: int
-    searched_n: float | None = None
-    gappa_n: float | None = None
     flipped_n: float | None = None
-    flips: int = 0
-    flipped_seen_n: float = 0.0
     verdict_band: float | None = None
-
-    @property
-    def ratio(self) -> float:
-        """The bound over the largest error known; 0 where there is none."""
-        largest = max(self.observed_n, self.searched_n or 0.0)
-        return self.bound_n / largest if largest else 0.0
 
 
 class WorstPath(msgspec.Struct, frozen=True, kw_only=True):

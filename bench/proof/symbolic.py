@@ -2,18 +2,16 @@
 
 Straight code needs no more: functions are inlined, loops between constants written out, an ``if`` that
 returns becomes an exit, and one that assigns becomes a choice between two values. What a function writes
-whose loops data end is unknown.
+whose loops data end is unknown. A number of another type than the kernel's own would be rounded: refused.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 from pycparser import c_ast
 
-from alloc.program import Graph, Node, Program, Scalar
-from bench.proof.not_read import NotRead
-from bench.proof.number_types import constants, held
-from bench.proof.parsed import literal, loops, read
-from bench.proof.subject import Subject
+from alloc.program import Graph, Node, Operation, Program, Scalar
+from bench.proof.source import NotRead, Subject, literal, loops, read, table
 
 
 def programs(of: Subject) -> dict[int, Program]:
@@ -120,11 +118,13 @@ class _Reader:
                 return constants(statement, self.scalar)
             return [self.value(each, names) for each in statement.init.exprs]
         return (
-            None if statement.init is None else self.held(statement.type, self.value(statement.init, names))
+            None
+            if statement.init is None
+            else self.of_type(statement.type, self.value(statement.init, names))
         )
 
-    def held(self, declared: Any, value: Any) -> Any:
-        return held(declared, value, self.graph.nodes, self.scalar)
+    def of_type(self, declared: Any, value: Any) -> Any:
+        return type_value(declared, value, self.graph.nodes, self.scalar)
 
     def repeat(self, statement: c_ast.For, names: dict[str, Any]) -> None:
         """A loop from one constant to another, one by one, written out."""
@@ -269,7 +269,43 @@ class _Reader:
             return self.unknown()
         inner = dict(self.constants)
         inner |= {
-            parameter.name: self.held(parameter.type, value)
+            parameter.name: self.of_type(parameter.type, value)
             for parameter, value in zip(parameters, given, strict=True)
         }
-        return self.held(function.decl.type.type, self.block(function.body.block_items, inner, None))
+        return self.of_type(function.decl.type.type, self.block(function.body.block_items, inner, None))
+
+
+_TRUTHS = {"lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not"}
+
+
+def constants(declared: c_ast.Decl, scalar: Scalar) -> Any:
+    """Numbers that a constant array holds, or rows of them; raises NotRead where its type rounds them."""
+    of = declared.type
+    while isinstance(of, c_ast.ArrayDecl):
+        of = of.type
+    if of.type.names != [scalar] and {"float", "double"} & set(of.type.names):
+        raise NotRead(f"a table in {' '.join(of.type.names)}")
+    return table(declared.init)
+
+
+def type_value(declared: Any, value: Any, nodes: Sequence[Operation], scalar: Scalar) -> Any:
+    """Value that a variable, a parameter or a function of that type holds; raises NotRead.
+
+    A type other than the kernel's own would round it, an int cut what is behind its point.
+    """
+    kinds = getattr(declared.type, "names", None)
+    if kinds == ["void"]:
+        return value
+    if isinstance(value, int) and kinds not in (["int"], [scalar]):
+        raise NotRead(f"a number in {' '.join(kinds or ['no number'])}")
+    if isinstance(value, int) and kinds == ["int"] and not _whole(nodes, value):
+        raise NotRead("a number in an int")
+    return value
+
+
+def _whole(nodes: Sequence[Operation], value: Node) -> bool:
+    """True if a value is one of a few whole numbers: a truth, a constant, a choice between such."""
+    kind, *rest = nodes[value]
+    if kind == "choose":
+        return _whole(nodes, rest[1]) and _whole(nodes, rest[2])
+    return kind in _TRUTHS or kind == "unknown" or (kind == "const" and float(rest[0]).is_integer())

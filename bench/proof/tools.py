@@ -10,7 +10,7 @@ from alloc.errors import NotInstalled
 from alloc.files.textfile import write_folder
 from bench.chips.toolchain import ended
 
-PACKAGES = {"frama-c": "frama-c-base", "gappa": "gappa", "cppcheck": "cppcheck"}
+PACKAGES = {"frama-c": "frama-c-base", "cppcheck": "cppcheck"}
 """Debian's package of each tool."""
 TIME_LIMIT_S = 600
 """Of one question to one tool; nothing that is answered at all took a quarter of it on a quiet machine."""
@@ -41,11 +41,10 @@ def version(tool: str) -> str:
     return (re.search(r"\d[^\s]*", done.stdout + done.stderr) or [""])[0]
 
 
-def run(command: list[str], folder: Path, given: str = "") -> str:
+def run(command: list[str], folder: Path) -> str:
     """Output of a tool, whatever its exit code; raises ToolError where it takes too long."""
-    done = ended(
-        command, folder, TIME_LIMIT_S, given, PWD=str(folder), LC_ALL="C.UTF-8"
-    )  # Frama-C takes its folder from PWD
+    # Frama-C takes its folder from PWD.
+    done = ended(command, folder, TIME_LIMIT_S, PWD=str(folder), LC_ALL="C.UTF-8")
     return done.stdout + done.stderr
 
 

@@ -4,9 +4,8 @@ from alloc.c import programs as made_programs
 from alloc.methods import recipe
 from alloc.program import OWN, Graph, Node, Program, at_fault, operands
 from bench.chips.toolchain import ToolError
-from bench.proof.not_read import NotRead
 from bench.proof.proof import Claim, not_shown
-from bench.proof.subject import Subject
+from bench.proof.source import NotRead, Subject
 from bench.proof.symbolic import programs
 
 TRANSLATED = (

@@ -15,11 +15,11 @@ from bench.chips.kernel import Kernel
 from bench.chips.longest import Unbounded, bound
 from bench.chips.off import with_fault_asked
 from bench.chips.search import PARENTS, climb
-from bench.chips.target import Target
-from bench.chips.toolchain import versions
+from bench.chips.target import Target, targets
+from bench.chips.toolchain import ToolError, missing, versions
 from bench.demands.corners import extremes
-from bench.proof.proof import WorstPath
-from bench.proof.subject import Subject
+from bench.proof.proof import Claim, WorstPath, not_shown
+from bench.proof.source import Subject
 from bench.record import Emulated
 
 CALLS = 200
@@ -27,6 +27,7 @@ CALLS = 200
 overflow."""
 FAR = 10.0
 """Times the size of a wrench, beyond which a search does not begin."""
+WORST = "No call takes more instructions than the bound."
 
 
 class Contradicted(Exception):
@@ -81,6 +82,27 @@ def worst_path(of: Subject, on: Target, before: Counted = MappingProxyType({})) 
         fault=int(calls[worst, k]),
         reason=reason,
     )
+
+
+def worst_paths(
+    of: Subject, before: Counted = MappingProxyType({})
+) -> tuple[list[WorstPath], list[Claim], list[Claim]]:
+    """The worst paths, bounds that a call disproves, and targets that lack a tool."""
+    paths, refuted, lacking = list[WorstPath](), list[Claim](), list[Claim]()
+    for target in targets():
+        if of.scalar not in target.scalars:  # in software its length depends on the numbers
+            continue
+        words = missing(target)
+        try:
+            if not words:
+                paths.append(worst_path(of, target, before))
+        except Contradicted as error:
+            refuted.append(not_shown(WORST, [str(error)]))
+        except ToolError as error:
+            words = str(error)
+        if words:
+            lacking.append(not_shown(f"The worst path on {target.name}.", [words]))
+    return paths, refuted, lacking
 
 
 def _named(call: FloatArray) -> list[float | str]:

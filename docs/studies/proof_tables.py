@@ -14,7 +14,7 @@ import msgspec
 
 from alloc import list_vehicles
 from bench.proof import Proof
-from bench.proof.certify import BOUNDED
+from bench.proof.rounding.claims import BOUNDED
 from bench.results.text import table
 
 KERNELS = ("nullspace", "clip", "scaled", "priority", "pinv", "walsh", "shrink", "redistribute")
@@ -51,7 +51,7 @@ def _bound(proof: Proof) -> str:
 
 
 def _ratio(proof: Proof) -> float:
-    return max((each.ratio for each in proof.rounding), default=0.0)
+    return max((each.bound_n / each.observed_n for each in proof.rounding if each.observed_n), default=0.0)
 
 
 def _worst(proof: Proof, target: str) -> str:

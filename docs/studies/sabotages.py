@@ -9,9 +9,9 @@ from typing import NamedTuple
 from alloc.c import printed, programs
 from alloc.methods import recipe
 from alloc.program import Exit, Node, Operation, Program, Where, Write
-from bench.proof.answers import answered
+from bench.proof.answers import answer_claims
 from bench.proof.safety import claims as safety
-from bench.proof.subject import Subject
+from bench.proof.source import Subject
 
 
 class Sabotage(NamedTuple):
@@ -345,7 +345,7 @@ def noticed(of: Subject, folder: Path) -> list[str]:
     """Gaps of a proof of this C, in words; empty where it shows all."""
     claims = safety.claims(of, folder)
     if claims[0].verdict == "shown":
-        claims += answered(of)
+        claims += answer_claims(of)
     return [text for claim in claims if claim.verdict == "not shown" for text in claim.words]
 
 

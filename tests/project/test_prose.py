@@ -90,7 +90,7 @@ CEILINGS = {
     "bench.inputs": 15,
     "bench.judging": 2,
     "bench.layouts": 15,
-    "bench.proof": 19,
+    "bench.proof": 1,
     "bench.record": 10,
     "bench.report": 3,
     "bench.results": 9,

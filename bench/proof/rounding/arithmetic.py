@@ -9,10 +9,18 @@ import numpy as np
 from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.program import Scalar
-from bench.proof.not_read import NotRead
-from bench.proof.rounding.forms import ONE, Form, constant, has_tau, multiplied, shares_of, total
-from bench.proof.rounding.moved import Moved
-from bench.proof.rounding.together import Together
+from bench.proof.rounding.products import (
+    ONE,
+    Form,
+    ProductSet,
+    constant,
+    has_tau,
+    multiplied,
+    product_shares,
+    total,
+)
+from bench.proof.rounding.sensitivity import Sensitivity
+from bench.proof.source import NotRead
 
 DIGITS: dict[Scalar, int] = {"double": 53, "float": 24}
 TINIEST: dict[Scalar, float] = {"double": 2.0**-1075, "float": 2.0**-150}
@@ -57,11 +65,11 @@ class Value:
 class Arithmetic:
     """Operations on values, over all attainable demands of a vehicle."""
 
-    def __init__(self, vehicle: Vehicle, scalar: Scalar, closely: bool) -> None:
-        """No share is known yet; ``closely`` as in ``moved``."""
+    def __init__(self, vehicle: Vehicle, scalar: Scalar) -> None:
+        """No share is known yet."""
         self._vehicle, self._scalar = vehicle, scalar
-        self._together = Together(vehicle, WIDER[scalar])
-        self._moved = Moved(self._together, closely)
+        self._products = ProductSet(vehicle, WIDER[scalar])
+        self._sensitivity = Sensitivity(self._products)
 
     def _plain(self, value: Value) -> Value:
         """A value without its form, with all of its error."""
@@ -73,7 +81,7 @@ class Arithmetic:
 
     def _error(self, value: Value) -> float:
         assert value.form is not None
-        return self._moved.most(value.form)
+        return self._sensitivity.most(value.form)
 
     def _linear(self, form: Form, own: int = ONE) -> Value:
         low = high = 0.0
@@ -84,7 +92,7 @@ class Arithmetic:
             some = (ends[0] + one - wider, ends[1] + one + wider)
             low += min(some[0], 0.0) if inner else some[0]
             high += max(some[1], 0.0) if inner else some[1]
-        return Value(low, high, self._moved.local(form), form, own)
+        return Value(low, high, self._sensitivity.local(form), form, own)
 
     def _half(self, most: float) -> float:
         """Largest rounding error of a value of this size."""
@@ -96,8 +104,8 @@ class Arithmetic:
         added = self._half(value.size + value.error + more)
         if value.form is None:
             return replace(value, error=value.error + added + more)
-        form = value.form | (self._moved.added(more) if more else {})
-        own = self._moved.added(added, form, self._half)
+        form = value.form | (self._sensitivity.added(more) if more else {})
+        own = self._sensitivity.added(added, form, self._half)
         ((_, at),) = own
         return replace(value, error=value.error + added + more, form=form | own, own=at)
 
@@ -156,7 +164,7 @@ class Arithmetic:
 
     def _mul(self, a: Value, b: Value) -> Value:
         doubled = any(each.low == each.high and abs(frexp(each.low)[0]) == 0.5 for each in (a, b))
-        if a.form is not None and b.form is not None and not shares_of(a.form) & shares_of(b.form):
+        if a.form is not None and b.form is not None and not product_shares(a.form) & product_shares(b.form):
             if has_tau(a.form):
                 a, b = b, a
             if a.form is not None and b.form is not None and not has_tau(a.form):

@@ -6,18 +6,20 @@ attainable set along its direction, without loss; minimum and maximum move by no
 """
 
 from collections import ChainMap
-from collections.abc import MutableMapping
+from collections.abc import Mapping, MutableMapping, Sequence
 from dataclasses import replace
-from math import isfinite
+from math import inf, isfinite
 
 from alloc import Vehicle
 from alloc.program import Node, Operation, Program, Scalar, operands, reachable
-from bench.proof.not_read import NotRead
 from bench.proof.rounding.arithmetic import DIGITS, Arithmetic, Value, among
-from bench.proof.rounding.forms import NOTHING, ONE, constant, exact
-from bench.proof.rounding.gauges import gauges
-from bench.proof.rounding.loads import Share, shares
-from bench.proof.rounding.regions import Region, both, compared, regions
+from bench.proof.rounding.products import NOTHING, ONE, constant, exact
+from bench.proof.rounding.shares import Share, gauges, shares
+from bench.proof.source import NotRead
+
+Region = dict[Node, tuple[float, float]]
+"""Ranges of some numbers; of all others nothing is said."""
+OPPOSITE = {"lt": "ge", "le": "gt", "gt": "le", "ge": "lt", "eq": "ne", "ne": "eq"}
 
 DEPTH = 2
 """How many branches may stand in each other: their regions multiply."""
@@ -37,20 +39,18 @@ class Errors(Arithmetic):
         scalar: Scalar,
         exact: dict[Node, float] | None = None,
         flips: bool = False,
-        closely: bool = False,
     ) -> None:
         """Follow the errors; values that can't be followed are missing, and so are all made of them.
 
         A branch is taken as in real numbers; with ``flips`` also otherwise, wherever rounding may have it so.
-        Where shares stand behind each other ``closely`` gives a closer bound, and takes some times as long.
         """
-        super().__init__(vehicle, scalar, closely)
+        super().__init__(vehicle, scalar)
         self._nodes, self._exact = program.nodes, exact or {}
         self._flips, self._depth = flips, 0
         self.values: MutableMapping[Node, Value] = {}
         self.reasons: dict[Node, str] = {}
         self._shares = shares(program.nodes)
-        self._within = within = set().union(*(each.within for each in self._shares.values()))
+        self._within = within = set().union(*(each.inner for each in self._shares.values()))
         self._thrusts = [node for (name, _), node in program.outputs.items() if name == "f"]
         needed = set(reachable(program.nodes, tuple(self._thrusts))) - within
         self.branches = any(program.nodes[node][0] == "choose" for node in needed)
@@ -82,7 +82,7 @@ class Errors(Arithmetic):
         match operation:
             case ("const", value):
                 true = self._exact.get(node, float(value))
-                added = self._moved.added(abs(value - true)) if true != value else {}
+                added = self._sensitivity.added(abs(value - true)) if true != value else {}
                 return self._linear(constant(true) | added)
             case ("input", "tau", j):
                 return self._linear({(NOTHING, j): 1.0})
@@ -106,7 +106,7 @@ class Errors(Arithmetic):
         try:
             return self._share(node, share)
         except NotRead as reason:
-            for each in sorted(share.within):
+            for each in sorted(share.inner):
                 try:
                     if (value := self._value(each, self._nodes[each])) is not None:
                         self.values[each] = value
@@ -125,7 +125,7 @@ class Errors(Arithmetic):
         digits, k = 2.0 ** -DIGITS[self._scalar], keep.low
         found, roundings = gauges(share, self._number)
         relative = 1.001 * roundings * digits + 2.0 * (keep.error + least.error) / k
-        self._moved.add(node, k, found, relative)
+        self._sensitivity.add(node, k, found, relative)
         return Value(0.0, 1.0, 0.0, {(frozenset({node}), ONE): 1.0})
 
     def _number(self, node: Node) -> Value:
@@ -170,7 +170,7 @@ class Errors(Arithmetic):
         The facts hold for the shares as they were calculated too, so what moves those is in the first number.
         """
         assert value.form is not None
-        found = self._together.most(exact(value.form))
+        found = self._products.most(exact(value.form))
         return found + value.error if self._flips else found
 
     def _lessened(self, condition: Node, other: Node, less: Node) -> Value:
@@ -248,3 +248,62 @@ def _union(values: list[Value]) -> Value:
         raise NotRead("a choice that is never made")
     error = max(each.error for each in values)
     return Value(min(each.low for each in values), max(each.high for each in values), error)
+
+
+def regions(
+    nodes: Sequence[Operation], ranges: Mapping[Node, tuple[float, float]], condition: Node, holds: bool
+) -> list[Region]:
+    """Regions that together hold all numbers for which a condition holds, or does not."""
+    match nodes[condition]:
+        case ("const", value):
+            return [{}] if bool(value) == holds else []
+        case ("not", inner):
+            return regions(nodes, ranges, inner, not holds)
+        case ("and" | "or" as operation, a, b):
+            if (operation == "and") == holds:
+                return _both(regions(nodes, ranges, a, holds), regions(nodes, ranges, b, holds))
+            return regions(nodes, ranges, a, holds) + regions(nodes, ranges, b, holds)
+        case ("choose", asked, then, other):
+            first = _both(regions(nodes, ranges, asked, True), regions(nodes, ranges, then, holds))
+            return first + _both(regions(nodes, ranges, asked, False), regions(nodes, ranges, other, holds))
+        case (operation, a, b) if operation in OPPOSITE:
+            return _compared(ranges, operation if holds else OPPOSITE[operation], a, b)
+    return [{}]
+
+
+def compared(nodes: Sequence[Operation], condition: Node) -> set[tuple[Node, Node]]:
+    """The pairs of numbers that a condition compares."""
+    match nodes[condition]:
+        case (operation, a, b) if operation in OPPOSITE:
+            return {(a, b)}
+        case ("not" | "and" | "or" | "choose", *inner):
+            return set().union(*(compared(nodes, each) for each in inner))
+    return set()
+
+
+def both(a: Region, b: Region) -> Region | None:
+    """Intersection of two regions; None where it is empty."""
+    found = dict(a)
+    for node, (low, high) in b.items():
+        before = found.get(node, (-inf, inf))
+        found[node] = (max(low, before[0]), min(high, before[1]))
+        if found[node][0] > found[node][1]:
+            return None
+    return found
+
+
+def _both(some: list[Region], others: list[Region]) -> list[Region]:
+    found = [both(a, b) for a in some for b in others]
+    return [each for each in found if each is not None]
+
+
+def _compared(ranges: Mapping[Node, tuple[float, float]], operation: str, a: Node, b: Node) -> list[Region]:
+    region: Region = {}
+    if operation in ("lt", "le", "eq"):
+        region[a] = (-inf, ranges[b][1]) if b in ranges else (-inf, inf)
+        region[b] = (ranges[a][0], inf) if a in ranges else (-inf, inf)
+    if operation in ("gt", "ge", "eq"):
+        above = both(region, {a: (ranges[b][0], inf) if b in ranges else (-inf, inf)})
+        above = above and both(above, {b: (-inf, ranges[a][1]) if a in ranges else (-inf, inf)})
+        return [] if above is None else [above]
+    return [region]

@@ -4,17 +4,15 @@ import re
 from pathlib import Path
 
 from alloc import NotApplicable
-from alloc.c import covering, last_metre, parameters, to_escs
+from alloc.c import covering, esc_selftest, last_metre, parameters, to_escs
 from alloc.errors import VehicleError
 from alloc.methods import recipe
 from bench.proof import tools
-from bench.proof.altered import of_all_branches
-from bench.proof.parsed import kept, parsed
-from bench.proof.proof import Claim
+from bench.proof.proof import Claim, not_shown
 from bench.proof.safety import eva
 from bench.proof.safety.claims import stateless
 from bench.proof.safety.harness import MAIN, any_bits
-from bench.proof.subject import Subject
+from bench.proof.source import Subject, of_all_branches, parsed, static_variables
 
 NO_ERROR = (
     "NAME_esc, and NAME_to_esc whatever its kernel returns: no run-time error, for all bits of f, limits and"
@@ -43,6 +41,10 @@ What ``known`` says of x follows from its definition, so it is told where that s
 KNOWN = "least", "most"
 """Arrays of numbers that the analyser has to follow: the curves' ends, cut at the vehicle's limits."""
 LABELS = {"status", "command", "made"}
+SENT = (
+    "NAME_esc gives the commands, the thrusts made and the status that Vehicle.commands gives; NAME_to_esc"
+    " those of the kernel and NAME_esc after each other, limits of the call cut at the curves' ends."
+)
 
 
 def files(of: Subject) -> dict[str, str]:
@@ -67,7 +69,7 @@ def claims(of: Subject, folder: Path) -> list[Claim]:
     read = {each: any_bits(part, KNOWN) for each, part in {**of.files, **made, name: text}.items()}
     found = eva.analyse({**read, MAIN: any_bits(_main(of), ("f_made",))}, place)
     shown = [eva.claim(NO_ERROR, found, *found.alarms(*LABELS)), eva.claim(RANGE, found, *sorted(LABELS))]
-    shown.append(stateless(STATELESS, lambda: kept(parsed({**of.files, **made}, name))))
+    shown.append(stateless(STATELESS, lambda: static_variables(parsed({**of.files, **made}, name))))
     return of_all_branches(shown, of)  # this C includes the kernel's header
 
 
@@ -119,3 +121,14 @@ int main(void)
     return status;
 }}
 """
+
+
+def esc_tests(of: Subject, folder: Path) -> list[Claim]:
+    """The claim; none where there is no such C. Runs the C."""
+    if not (made := files(of)):
+        return []
+    test = esc_selftest(last_metre(of.vehicle, recipe(of.kernel), of.scalar, of.limits))
+    passed, said = tools.tried({**of.files, **made, "test.c": test}, folder / "sent")
+    if not passed:
+        return [not_shown(SENT, said)]
+    return [Claim(claim=SENT, verdict="tested", by="the self-test", words=said)]

@@ -11,7 +11,7 @@ from bench.chips.toolchain import ToolError
 from bench.proof import tools
 from bench.proof.proof import Claim
 from bench.proof.safety.harness import MAIN
-from bench.proof.subject import ANSWERED
+from bench.proof.source import ANSWERED
 
 NAME = "Frama-C EVA"
 ALWAYS = (

@@ -8,7 +8,7 @@ import numpy as np
 from alloc.c import arguments, covering, known_faults
 from alloc.methods import recipe
 from alloc.program import Scalar
-from bench.proof.subject import ANSWERED, Subject
+from bench.proof.source import ANSWERED, Subject
 
 MAIN = "main.c"
 

@@ -12,7 +12,7 @@ from bench.chips import processors
 from bench.chips.board.files import files
 from bench.chips.board.project import plan
 from bench.chips.target import names, target, targets
-from bench.proof import certify, subject
+from bench.proof import subject, worst
 from bench.record import read
 from tests.emulators import available
 
@@ -63,9 +63,9 @@ def test_a_made_up_processor_is_counted_listed_reported_and_sized(made_up: str, 
 def test_a_made_up_processor_has_a_worst_path_and_a_board_of_qemu_s(
     made_up: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(certify, "targets", lambda: [one for one in targets() if one.name == made_up])
+    monkeypatch.setattr(worst, "targets", lambda: [one for one in targets() if one.name == made_up])
     vehicle = load_vehicle("ukwial")
-    paths, refuted, lacking = certify._paths(subject(vehicle, "pinv", "float", "fixed"), {})
+    paths, refuted, lacking = worst.worst_paths(subject(vehicle, "pinv", "float", "fixed"), {})
     assert not lacking + refuted
     assert [(path.target, path.exact) for path in paths] == [(made_up, True)]
     project = plan(vehicle, ("pinv@native",), ("active",), "float", "fixed", 3, 0)

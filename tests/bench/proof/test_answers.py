@@ -14,9 +14,8 @@ from alloc.c.compiled import compiler
 from alloc.methods import recipe
 from alloc.program import Program, Where
 from bench.proof import Proof, Subject, answers, subject
-from bench.proof.certify import REFUSES, _band
 from bench.proof.proof import Claim, Rounding
-from bench.proof.rounding.band import verdict_band
+from bench.proof.rounding.claims import REFUSES, band_claim, verdict_band
 from bench.proof.rounding.errors import Errors
 from bench.proof.safety.claims import _stateless
 from bench.proof.symbolic import programs as read_back
@@ -96,7 +95,7 @@ def largest_for_least_on_some_processors() -> Subject:
 
 
 def red(of: Subject) -> list[str]:
-    return [claim.claim for claim in answers.answered(of) if claim.verdict != "tested"]
+    return [claim.claim for claim in answers.answer_claims(of) if claim.verdict != "tested"]
 
 
 @pytest.mark.parametrize("limits", ["fixed", "call"])
@@ -192,7 +191,7 @@ def test_data_that_outlive_a_call_are_no_part_of_safe_c(kept: str) -> None:
 
 def test_a_claim_that_nothing_bears_on_is_not_shown() -> None:
     assert answers._claim("of nothing", {}, lambda _: (1, "")).verdict == "not shown"
-    assert _band([], {-1}).verdict == "not shown"
+    assert band_claim([], {-1}).verdict == "not shown"
 
 
 def test_a_band_is_shown_where_each_fault_has_one_that_leaves_something_to_refuse() -> None:
@@ -200,7 +199,7 @@ def test_a_band_is_shown_where_each_fault_has_one_that_leaves_something_to_refus
         return Rounding(fault=fault, bound_n=1.0, observed_n=1.0, demands=1, verdict_band=band)
 
     def verdict(*bands: float | None, faults: int = 2) -> str:
-        made = _band([row(i - 1, band) for i, band in enumerate(bands)], {*range(-1, faults - 1)})
+        made = band_claim([row(i - 1, band) for i, band in enumerate(bands)], {*range(-1, faults - 1)})
         assert made.claim == REFUSES
         return made.verdict
 

@@ -11,7 +11,6 @@ from alloc import load_vehicle
 from bench.proof import prove, subject
 from bench.proof.page import page
 from bench.proof.safety import esc
-from bench.proof.sent import SENT, sent
 from sabotages import KINDS, all_kinds
 from tests.analysers import needs_frama_c
 
@@ -82,21 +81,21 @@ def test_safe_c_that_sends_something_else_than_python_is_told(
 ) -> None:
     """Each command lies within its range there, and the proof once said that all is shown."""
     of = subject(load_vehicle("bluerov2-heavy"), "clip", "float", "fixed")
-    assert [claim.verdict for claim in sent(of, tmp_path / "whole")] == ["tested"]
+    assert [claim.verdict for claim in esc.esc_tests(of, tmp_path / "whole")] == ["tested"]
     made, name = esc.files(of), f"{of.name}_esc.c"
     assert line in made[name]
     monkeypatch.setattr(esc, "files", lambda _: made | {name: made[name].replace(line, broken)})
-    assert [claim.verdict for claim in sent(of, tmp_path)] == ["not shown"]
+    assert [claim.verdict for claim in esc.esc_tests(of, tmp_path)] == ["not shown"]
 
 
 def test_the_page_names_all_files_that_it_speaks_of(monkeypatch) -> None:
-    monkeypatch.setattr("bench.proof.certify.targets", lambda: ())
+    monkeypatch.setattr("bench.proof.worst.targets", lambda: ())
     of = subject(BLUEROV2, "pinv", "float", "fixed")
     proof, made = prove(of), esc.files(of)
     assert proof.esc_files == [*made]
     assert proof.esc_sha256 == sha256("".join(made.values()).encode()).hexdigest()
     assert f"cat {' '.join(made)} | sha256sum\n\nprints `{proof.esc_sha256}`" in page(proof)
-    assert SENT in [claim.claim for claim in proof.claims if claim.verdict == "tested"]
+    assert esc.SENT in [claim.claim for claim in proof.claims if claim.verdict == "tested"]
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from alloc.library import files
 from alloc.program import Scalar
 from bench.commands.prove import command
 from bench.proof import Proof
-from bench.proof.safety.library import claims
+from bench.proof.library import library_claims
 from sabotages import KINDS, all_kinds
 from tests.analysers import needs_frama_c
 
@@ -26,7 +26,7 @@ def _analyser() -> None:
 
 @pytest.mark.long
 def test_any_calls_in_any_order_have_no_error_and_return_what_the_header_names(tmp_path: Path) -> None:
-    made = claims(files("double", *SMALL), SMALL[0], tmp_path)
+    made = library_claims(files("double", *SMALL), SMALL[0], tmp_path)
     assert [claim.verdict for claim in made] == ["shown"] * 5, [claim.words for claim in made]
 
 
@@ -51,7 +51,7 @@ def test_what_is_broken_is_not_shown(sabotage: str, tmp_path: Path) -> None:
     whole = files("double", *SMALL)
     broken = {name: text.replace(before, after) for name, text in whole.items()}
     assert broken != whole
-    assert "not shown" in [claim.verdict for claim in claims(broken, SMALL[0], tmp_path)]
+    assert "not shown" in [claim.verdict for claim in library_claims(broken, SMALL[0], tmp_path)]
 
 
 READ = {
@@ -91,7 +91,7 @@ def test_an_error_that_one_kind_of_number_reaches_is_found_in_each_argument(
                 else:
                     faults += f"    if ({number.split('[')[0]} != NULL) {{\n{all_kinds(number)}    }}\n"
             made[name] = made[name].replace(line, faults + line)
-    no_error = claims(made, SMALL[0], tmp_path)[:3]
+    no_error = library_claims(made, SMALL[0], tmp_path)[:3]
     words = [text for claim in no_error for text in claim.words]
     assert {text.split(": ", 1)[1] for text in words} == {"index_bound: 99 < 1: Invalid or unreachable"}
     assert len({text.split(": ")[0] for text in words}) == planted

@@ -16,6 +16,7 @@ from alloc.c.compiled import compiler
 from alloc.program import Scalar
 from bench.commands.prove import command
 from bench.proof import Proof, prove, subject, tools
+from bench.proof.certify import broken_rules
 from bench.proof.safety import claims as safety
 from bench.proof.safety import eva
 from sabotages import KINDS, SABOTAGES, Sabotage, all_kinds, noticed, sabotaged
@@ -198,7 +199,7 @@ def test_the_command_writes_proof_page_and_the_c_they_speak_of(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The hash in proof.json is that of the files beside it, and the self-test prints it."""
-    monkeypatch.setattr("bench.proof.certify.targets", lambda: ())  # tests/bench/proof/test_worst.py
+    monkeypatch.setattr("bench.proof.worst.targets", lambda: ())  # tests/bench/proof/test_worst.py
     out = tmp_path / "proof"
     done = CliRunner().invoke(
         command,
@@ -220,7 +221,7 @@ def test_the_command_writes_proof_page_and_the_c_they_speak_of(
 
 def test_a_proof_says_what_it_looks_at(monkeypatch: pytest.MonkeyPatch) -> None:
     """The command prints each step; C that may write anywhere is not run."""
-    monkeypatch.setattr("bench.proof.certify.targets", lambda: ())
+    monkeypatch.setattr("bench.proof.worst.targets", lambda: ())
     steps = list[str]()
     made = prove(subject(UKWIAL, "pinv", "double", "fixed"), say=steps.append)
     assert steps == ["memory, status and limits", "answers to many demands", "rounding", "worst paths"]
@@ -233,11 +234,9 @@ def test_a_proof_says_what_it_looks_at(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_proof_says_which_rules_of_misra_are_broken_and_why(tmp_path: Path) -> None:
     """Every rule that the add-on names has a reason here."""
-    from bench.proof.misra import broken
-
     if "cppcheck" in tools.absent():
         pytest.skip(f"needs cppcheck: {tools.remedy(['cppcheck'])}")
-    rules = broken(subject(UKWIAL, "nullspace", "double", "call"), tmp_path)
+    rules = broken_rules(subject(UKWIAL, "nullspace", "double", "call"), tmp_path)
     assert rules
     assert [each.rule for each in rules if not each.reason] == []
 

@@ -11,15 +11,15 @@ from alloc.allocation import FloatArray
 from alloc.c.compiled import compiler
 from alloc.program import Program, Scalar, values
 from bench.demands.corners import thrusts
-from bench.proof import certify, subject
+from bench.proof import subject
+from bench.proof.rounding import claims
 from bench.proof.rounding.arithmetic import among
 from bench.proof.rounding.errors import Errors
-from bench.proof.rounding.forms import NOTHING, ONE, Form, constant, total
-from bench.proof.rounding.loads import shares
-from bench.proof.rounding.search import searched
-from bench.proof.rounding.together import Together, _Model
+from bench.proof.rounding.products import NOTHING, ONE, Form, ProductSet, _Model, constant, total
+from bench.proof.rounding.shares import shares
 from bench.proof.symbolic import programs
 from tests.bench.proof.in_fractions import exactly
+from tests.bench.proof.search import searched
 
 pytest.importorskip("highspy")
 pytestmark = pytest.mark.skipif(not compiler(), reason="needs a C compiler")
@@ -74,35 +74,30 @@ def test_a_room_that_is_taken_for_larger_than_it_is_gives_a_bound_that_does_not_
     if np.finfo(np.longdouble).nmant <= 52:
         pytest.skip("numpy has nothing wider than double here to compare with")
     program, vehicle = kernel("double")
-    known = Together.add
+    known = ProductSet.add
 
-    def too_much(self: Together, fact: Form) -> None:
+    def too_much(self: ProductSet, fact: Form) -> None:
         known(self, {atom: (each / 2 if atom[0] == NOTHING else each) for atom, each in fact.items()})
 
-    monkeypatch.setattr(Together, "add", too_much)
+    monkeypatch.setattr(ProductSet, "add", too_much)
     wrong = bound(program, vehicle, "double")
     assert searched(program, vehicle, "double", {}, wrong) > wrong
 
 
 def test_an_error_above_the_bound_is_not_shown(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever the search finds stands against the bound."""
-    monkeypatch.setattr(certify, "FAR", 0.5)
-    monkeypatch.setattr(certify, "searched", lambda *_: 1.0)
-    monkeypatch.setattr(certify, "before_limits", lambda *_: None)
-    few = certify.Effort(demands=100, demands_fault=100, runs=1, closely=False)
-    claim, rows = certify._bounded(subject(load_vehicle("ukwial"), "scaled", "double", "fixed"), few)
+    """Whatever is seen stands against the bound."""
+    monkeypatch.setattr(claims, "sample", lambda *_: claims.Sample(1.0, 0.0, 100, 100))
+    claim, rows = claims.rounding_claim(
+        subject(load_vehicle("ukwial"), "scaled", "double", "fixed"), 100, 100
+    )
     assert claim.verdict == "not shown"
     assert "an error of 1 N was seen, above the bound" in claim.words[0]
     assert all(row.bound_n < 1e-11 for row in rows)
 
 
-def test_in_float_no_rounding_draws_thrusts_in(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_in_float_no_rounding_draws_thrusts_in() -> None:
     """The check of thrusts against shares is never taken, so its bound is that without it, of all faults."""
-    monkeypatch.setattr(certify, "FAR", 0.5)
-    monkeypatch.setattr(certify, "searched", lambda *_: 0.0)
-    monkeypatch.setattr(certify, "before_limits", lambda *_: None)
-    few = certify.Effort(demands=100, demands_fault=100, runs=1, closely=False)
-    claim, rows = certify._bounded(subject(load_vehicle("ukwial"), "scaled", "float", "fixed"), few)
+    claim, rows = claims.rounding_claim(subject(load_vehicle("ukwial"), "scaled", "float", "fixed"), 100, 100)
     assert (claim.verdict, claim.words) == ("shown", [])
     assert [row.fault for row in rows] == [-1, 0, 1, 2, 3]
     assert all(row.flipped_n is None for row in rows)
@@ -111,7 +106,7 @@ def test_in_float_no_rounding_draws_thrusts_in(monkeypatch: pytest.MonkeyPatch) 
 def test_thrusts_in_float_go_no_further_beyond_limits_than_is_followed() -> None:
     """Attainable demands take them beyond by rounding alone, and by no more than its bound."""
     of = subject(load_vehicle("ukwial"), "scaled", "float", "fixed")
-    program, exact = programs(of)[-1], certify._exact(of)[-1]
+    program, exact = programs(of)[-1], claims.exact_constants(of)[-1]
     errors = Errors(program, of.vehicle, "float", exact, flips=True)
     asked = {program.nodes[each[1]] for each in program.nodes if each[0] == "choose"}
     ((_, worst, bound),) = [each for each in asked if each[0] == "gt"]
@@ -131,13 +126,13 @@ def test_three_levels_have_three_shares_and_no_other_division_is_one() -> None:
 def test_no_demand_and_share_exceeds_what_a_linear_program_says() -> None:
     """Terms p tau_j, tau_j and p, with the fact that p tau_0 is at most 1; the largest is just that."""
     vehicle = load_vehicle("ukwial")
-    together, p = Together(vehicle, 0.0), 7
+    products, p = ProductSet(vehicle, 0.0), 7
     alone = {(NOTHING, 0): 1.0}
     largest = float(np.abs(vehicle.TP[0]) @ vehicle.f_max)
-    assert together.most(alone) == pytest.approx(largest, rel=1e-6)
+    assert products.most(alone) == pytest.approx(largest, rel=1e-6)
     taken: Form = {(frozenset({p}), 0): 1.0}
-    together.add(total((1.0, constant(1.0)), (-1.0, taken)))
-    assert together.most(taken) == pytest.approx(1.0, rel=1e-6)
+    products.add(total((1.0, constant(1.0)), (-1.0, taken)))
+    assert products.most(taken) == pytest.approx(1.0, rel=1e-6)
     rng = np.random.default_rng(8)
     tau = vehicle.TP @ rng.choice([-1.0, 1.0], (vehicle.n, 500)) * vehicle.f_max[0]
     share = np.minimum(1.0, 1.0 / np.maximum(tau[0], 1e-9)) * rng.random(500)
@@ -146,14 +141,14 @@ def test_no_demand_and_share_exceeds_what_a_linear_program_says() -> None:
         form: Form = {(frozenset({p}), 0): a, (frozenset({p}), 1): b, (NOTHING, 1): c}
         form[frozenset({p}), ONE] = d
         seen = share * (a * tau[0] + b * tau[1] + d) + c * tau[1]
-        assert together.least(form) <= seen.min() <= seen.max() <= together.most(form)
+        assert products.least(form) <= seen.min() <= seen.max() <= products.most(form)
 
 
 def test_a_solver_that_is_wrong_gives_no_bound_that_is_too_small(monkeypatch: pytest.MonkeyPatch) -> None:
     """The multipliers are the proof; with others, or none, the bound is wider."""
     vehicle = load_vehicle("ukwial")
     form = {(NOTHING, 0): 1.0}
-    true = Together(vehicle, 0.0).most(form)
+    true = ProductSet(vehicle, 0.0).most(form)
     solve = _Model.largest
 
     def wrong(self: _Model, objective: FloatArray, below: FloatArray) -> Any:
@@ -162,4 +157,4 @@ def test_a_solver_that_is_wrong_gives_no_bound_that_is_too_small(monkeypatch: py
         return found[0] / 2, found[1]
 
     monkeypatch.setattr(_Model, "largest", wrong)
-    assert Together(vehicle, 0.0).most(form) >= 0.999 * true
+    assert ProductSet(vehicle, 0.0).most(form) >= 0.999 * true

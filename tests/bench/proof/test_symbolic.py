@@ -11,8 +11,8 @@ from alloc.c import covering
 from alloc.c.compiled import compiler, shared_library
 from alloc.program import Faults, answered, values
 from bench.proof import subject
-from bench.proof.not_read import NotRead
-from bench.proof.safety.limits import resting, within
+from bench.proof.safety.claims import limit_gaps, rest_gaps
+from bench.proof.source import NotRead
 from bench.proof.symbolic import programs
 from sabotages import SABOTAGES, Sabotage, sabotaged
 
@@ -59,7 +59,7 @@ def test_the_operations_are_those_of_the_compiled_c(name: str, kernel: str, scal
 def test_limits_of_the_call_follow_from_the_comparison_that_answers(kernel: str, faults: Faults) -> None:
     of = subject(load_vehicle("bluerov2-heavy"), kernel, "float", "call", faults)
     for fault, program in programs(of).items():
-        assert within(program, fault, of.vehicle.n) == []
+        assert limit_gaps(program, fault, of.vehicle.n) == []
 
 
 def test_a_thruster_that_is_off_and_keeps_its_limits_is_told() -> None:
@@ -67,14 +67,14 @@ def test_a_thruster_that_is_off_and_keeps_its_limits_is_told() -> None:
     kept = of.source.replace("high[off] = 0.0;", "")
     assert kept != of.source
     broken = replace(of, files={**of.files, f"{of.name}.c": kept})
-    assert within(programs(broken)[2], 2, UKWIAL.n)
+    assert limit_gaps(programs(broken)[2], 2, UKWIAL.n)
 
 
 @pytest.mark.parametrize("kernel", ["clip", "shrink"])
 def test_a_thruster_that_is_off_rests(kernel: str) -> None:
     """Its thrust is x - 1 off, where off is 1 x and no part of others."""
     for fault, program in programs(subject(UKWIAL, kernel, "double", "fixed", "all")).items():
-        assert resting(program, fault) == []
+        assert rest_gaps(program, fault) == []
 
 
 @pytest.mark.parametrize(
@@ -94,7 +94,7 @@ def test_a_thruster_that_is_off_and_may_not_rest_is_told(printed: str, broken: s
     assert of.source.count(printed) == 1
     changed = of.source.replace(printed, broken)
     made = programs(replace(of, files={**of.files, f"{of.name}.c": changed}))
-    assert resting(made[1], 1)
+    assert rest_gaps(made[1], 1)
 
 
 @pytest.mark.parametrize(
@@ -104,7 +104,7 @@ def test_a_thruster_that_is_off_and_may_not_rest_is_told(printed: str, broken: s
 )
 def test_they_do_not_where_the_comparison_or_the_cut_is_broken(sabotage: Sabotage) -> None:
     of = sabotaged(subject(UKWIAL, sabotage.kernel, "double", "call"), sabotage)
-    assert within(programs(of)[-1], -1, of.vehicle.n)
+    assert limit_gaps(programs(of)[-1], -1, of.vehicle.n)
 
 
 ODD = (np.nan, -np.inf, np.inf, 0.0, -0.0, 1.0, -2.0, 5e-324, -1.7e308)

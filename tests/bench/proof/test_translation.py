@@ -114,7 +114,7 @@ def test_what_c_says_beside_operations_is_read_too(change: str, monkeypatch: pyt
 
     That the text of helpers is another one is not asked here, so that they are read.
     """
-    monkeypatch.setattr("bench.proof.parsed.altered", lambda _: "")
+    monkeypatch.setattr("bench.proof.source.preprocessor_change", lambda _: "")
     whole = subject(load_vehicle("ukwial"), "nullspace", "double", "fixed")
     before, after = TEXTS[change]
     assert before in whole.source

@@ -6,8 +6,8 @@ from msgspec.structs import replace
 
 from alloc import load_vehicle
 from alloc.program import Scalar
-from bench.proof import certify, subject
-from bench.proof.worst import Contradicted, counted_before, worst_path
+from bench.proof import subject, worst
+from bench.proof.worst import WORST, Contradicted, counted_before, worst_path, worst_paths
 from bench.record import Emulated
 from tests.emulators import available
 
@@ -17,21 +17,21 @@ from tests.emulators import available
 )
 def test_the_worst_call_is_the_longest_way(kernel: str, scalar: Scalar, name: str) -> None:
     """Two independent numbers are one: the emulator counts one, the graph has the other."""
-    worst = worst_path(subject(load_vehicle("ukwial"), kernel, scalar, "fixed"), available(name))
-    assert worst.exact
-    assert str(worst) == str(worst.at_most) == str(worst.attained)
-    assert worst.calls > 100
-    assert max(worst.by_status.values()) == worst.attained
+    found = worst_path(subject(load_vehicle("ukwial"), kernel, scalar, "fixed"), available(name))
+    assert found.exact
+    assert str(found) == str(found.at_most) == str(found.attained)
+    assert found.calls > 100
+    assert max(found.by_status.values()) == found.attained
 
 
 def test_a_way_that_no_call_takes_leaves_an_interval_that_holds_all_counts() -> None:
     """Extra work of a refused call and writes of an answered one never come together."""
     of = subject(load_vehicle("bluerov2"), "nullspace", "double", "fixed")
-    worst = worst_path(of, available("cortex-m7"))
-    assert not worst.exact
-    assert worst.at_most is not None
-    assert worst.attained < worst.at_most
-    assert str(worst) == f"{worst.attained} … {worst.at_most}"
+    found = worst_path(of, available("cortex-m7"))
+    assert not found.exact
+    assert found.at_most is not None
+    assert found.attained < found.at_most
+    assert str(found) == f"{found.attained} … {found.at_most}"
 
 
 def test_a_proof_asks_again_what_emulate_found_costly(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -52,10 +52,10 @@ def test_a_call_above_the_bound_makes_a_proof_red(monkeypatch: pytest.MonkeyPatc
     """Were the graph read wrong, the emulator would tell."""
     monkeypatch.setattr("bench.proof.worst.bound", lambda *_: 34)
     cortex = available("cortex-m7")
-    monkeypatch.setattr(certify, "targets", lambda: (cortex,))
+    monkeypatch.setattr(worst, "targets", lambda: (cortex,))
     of = subject(load_vehicle("ukwial"), "pinv", "double", "fixed")
     with pytest.raises(Contradicted, match="the longest path 34"):
         worst_path(of, cortex)
-    paths, refuted, lacking = certify._paths(of, {})
+    paths, refuted, lacking = worst_paths(of, {})
     assert (paths, lacking) == ([], [])
-    assert [(claim.claim, claim.verdict) for claim in refuted] == [(certify.WORST, "not shown")]
+    assert [(claim.claim, claim.verdict) for claim in refuted] == [(WORST, "not shown")]

@@ -1,9 +1,9 @@
 """How far rounding moves values that have shares as factors, against the same values in real numbers.
 
 Let what rounding adds grow from zero to what it is, so that shares move from what they are in real numbers to
-what was calculated. On that way a share p = k / max(k, taken / slack, ...) is 1, or it is held by one slack,
-p taken = k slack. In the first case it does not move; in the second its relative rate is no more than
-e / slack, e the rate of the slack and of taken / k together. So a form moves by no more than the largest rate
+what was calculated. On that way a share p = k / max(k, step / slack, ...) is 1, or it is held by one slack,
+p step = k slack. In the first case it does not move; in the second its relative rate is no more than
+e / slack, e the rate of the slack and of step / k together. So a form moves by no more than the largest rate
 of any attainable demand with any shares that there can be beside it.
 """
 
@@ -12,21 +12,21 @@ from math import inf
 from typing import NamedTuple
 
 from alloc.program import Node
-from bench.proof.not_read import NotRead
-from bench.proof.rounding.forms import (
+from bench.proof.rounding.products import (
     NOTHING,
     ONE,
     Form,
+    ProductSet,
     Shares,
     constant,
     exact,
-    shares_of,
+    product_shares,
     times,
     total,
     where_one,
     with_share,
 )
-from bench.proof.rounding.together import Together
+from bench.proof.source import NotRead
 
 Facts = tuple[Form, ...]
 """Forms that are never negative."""
@@ -47,46 +47,42 @@ class Gauge(NamedTuple):
 
     Attributes
     ----------
-    taken, slack : forms
-    tiny : taken of this size or less may count as zero
+    step, slack : forms
+    tiny : step of this size or less may count as zero
     """
 
-    taken: Form
+    step: Form
     slack: Form
     tiny: float
 
 
-class HeldGauge(NamedTuple):
+class ActiveGauge(NamedTuple):
     """A gauge that holds its share for some demand.
 
     Attributes
     ----------
-    taken, slack : the gauge's
+    step, slack : the gauge's
     least : no more than the least slack under these facts
-    rate : how far slack and taken / k move, together
+    rate : how far slack and step / k move, together
     facts : that it holds the share, and perhaps how large the slack is
     """
 
-    taken: Form
+    step: Form
     slack: Form
     least: float
     rate: float
     facts: Facts
 
 
-class Moved:
-    """Shares, what may hold them, and how far rounding moves what they are a factor of.
+class Sensitivity:
+    """Shares, what may hold them, and how far rounding moves what they are a factor of."""
 
-    ``closely`` says that what holds one share is also used of those before it.
-    """
-
-    def __init__(self, together: Together, closely: bool) -> None:
+    def __init__(self, products: ProductSet) -> None:
         """No share is known yet."""
-        self._closely = closely
-        self._together = together
+        self._products = products
         self._halves: list[float] = []
         self._of: list[tuple[Form, Callable[[float], float]] | None] = []
-        self._held: dict[Node, list[HeldGauge]] = {}
+        self._active: dict[Node, list[ActiveGauge]] = {}
         self._keep: dict[Node, float] = {}
         self._relative: dict[Node, float] = {}
         self._known: dict[object, float] = {}
@@ -125,41 +121,41 @@ class Moved:
         """A share, with its own relative rounding; raises NotRead where a slack may be used up."""
         self._keep[share], self._relative[share] = keep, 1.02 * relative
         facts, held = [], []
-        for taken, slack, _ in gauges:
-            least, local = self._together.least(slack), self.local(slack) + self.local(taken) / keep
+        for step, slack, _ in gauges:
+            least, local = self._products.least(slack), self.local(slack) + self.local(step) / keep
             if not local < SMALL * least:
                 raise NotRead("a division by what may be zero")
-            pushed, moved = times(exact(taken), share), constant(keep * local)
+            pushed, moved = times(exact(step), share), constant(keep * local)
             facts.append(total((keep * (1.0 + 2.0 * relative), exact(slack)), (-1.0, pushed), (1.0, moved)))
             holds = total((1.0, pushed), (-keep * (1.0 - 2.0 * relative), exact(slack)), (1.0, moved))
             held.append((least, holds))
         for fact in facts:
-            self._together.add(fact)
-        rates = [self._rate(taken, slack, keep, ()) for taken, slack, _ in gauges]
+            self._products.add(fact)
+        rates = [self._rate(step, slack, keep, ()) for step, slack, _ in gauges]
         worst = max((rate / least for rate, (least, *_) in zip(rates, held, strict=True)), default=0.0)
-        self._held[share] = []
-        for (taken, slack, tiny), rate, (least, holds) in zip(gauges, rates, held, strict=True):
+        self._active[share] = []
+        for (step, slack, tiny), rate, (least, holds) in zip(gauges, rates, held, strict=True):
             # What rounding may move must be small beside the slack that is kept.
             beside = tiny + rate * keep
             if 2.0 * beside > keep * least or beside > SMALL * least:
                 raise NotRead("a slack that rounding may use up")
-            if self._together.most(holds) < 0.0:
+            if self._products.most(holds) < 0.0:
                 continue
             if rate / least < MINOR * worst:
-                self._held[share].append(_held(taken, slack, least, rate, (holds,)))
+                self._active[share].append(_active(step, slack, least, rate, (holds,)))
                 continue
             edge = constant(NEAR * least)
             far = holds, total((1.0, exact(slack)), (-1.0, edge))
             near = holds, total((1.0, edge), (-1.0, exact(slack)))
-            self._held[share].append(_held(taken, slack, NEAR * least, rate, far))
-            self._held[share].append(_held(taken, slack, least, self._rate(taken, slack, keep, near), near))
+            self._active[share].append(_active(step, slack, NEAR * least, rate, far))
+            self._active[share].append(_active(step, slack, least, self._rate(step, slack, keep, near), near))
 
-    def _rate(self, taken: Form, slack: Form, keep: float, holds: Facts) -> float:
-        return self.most(slack, holds, closely=True) + self.most(taken, holds, closely=True) / keep
+    def _rate(self, step: Form, slack: Form, keep: float, holds: Facts) -> float:
+        return self.most(slack, holds, closely=True) + self.most(step, holds, closely=True) / keep
 
     def most(self, form: Form, holds: Facts = (), given: Shares = NOTHING, closely: bool = False) -> float:
         """How far a form moves at most, with a further fact; shares that are given do not move."""
-        moving = shares_of(form) - given
+        moving = product_shares(form) - given
         if not moving:
             return self.local(form, holds if closely else ())
         key = _key(form), tuple(map(_key, holds)), given, closely
@@ -174,19 +170,18 @@ class Moved:
         found = self.most(where_one(form, share), holds, given, closely)
         size = self._size(exact(moves), constant(1.0), 1.0, facts)
         own, others = self._relative[share] * size, None
-        for each in sorted(self._held[share], key=lambda each: -each.rate / each.least):
+        for each in sorted(self._active[share], key=lambda each: -each.rate / each.least):
             if self._roughly(form, given) <= found:
                 break
-            factor, left = _factor(moves, times(each.taken, share))
+            factor, left = _factor(moves, times(each.step, share))
             if factor:
                 same = total((1.0, rest), (factor * keep, each.slack))
                 rate = (
                     self.local(left, holds if closely else ())
-                    + self._together.size(exact(left)) * each.rate / each.least
+                    + self._products.size(exact(left)) * each.rate / each.least
                 )
                 if rate + own + self._roughly(same, given) > found:
-                    under = holds or (each.facts if self._closely else ())
-                    rate += self.most(same, under, given, closely or self._closely)
+                    rate += self.most(same, holds, given, closely)
             else:
                 if others is None:
                     others = self.most(form, holds, given | {share}, closely)
@@ -198,28 +193,28 @@ class Moved:
             found = max(found, rate + own)
         return found
 
-    def _under(self, held: HeldGauge, keep: float, holds: Facts) -> float:
+    def _under(self, held: ActiveGauge, keep: float, holds: Facts) -> float:
         """The rate under further facts."""
         if not holds:
             return held.rate
-        rate = self._rate(held.taken, held.slack, keep, (*holds, *held.facts))
+        rate = self._rate(held.step, held.slack, keep, (*holds, *held.facts))
         return min(held.rate, rate / (1.0 - rate / held.least))
 
     def _roughly(self, form: Form, given: Shares) -> float:
         """No less than ``most``, without a linear program."""
         found = self.local(form)
-        for share in shares_of(form) - given:
-            rate = max((each.rate / each.least for each in self._held[share]), default=0.0)
-            found += (rate + self._relative[share]) * self._together.size(exact(with_share(form, share)))
+        for share in product_shares(form) - given:
+            rate = max((each.rate / each.least for each in self._active[share]), default=0.0)
+            found += (rate + self._relative[share]) * self._products.size(exact(with_share(form, share)))
         return found
 
     def _size(self, form: Form, over: Form, least: float, facts: list[Form]) -> float:
         opposite = total((-1.0, form))
-        return max(0.0, *(self._together.ratio(each, exact(over), least, facts) for each in (form, opposite)))
+        return max(0.0, *(self._products.ratio(each, exact(over), least, facts) for each in (form, opposite)))
 
 
-def _held(taken: Form, slack: Form, least: float, rate: float, facts: Facts) -> HeldGauge:
-    return HeldGauge(taken, slack, least, rate / (1.0 - rate / least), facts)
+def _active(step: Form, slack: Form, least: float, rate: float, facts: Facts) -> ActiveGauge:
+    return ActiveGauge(step, slack, least, rate / (1.0 - rate / least), facts)
 
 
 def _key(form: Form) -> object:

@@ -8,7 +8,7 @@ from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.program import Node, Program, Scalar, answered, values
 from bench.demands.corners import thrusts
-from bench.proof.rounding.seen import KINDS, apart
+from bench.proof.rounding.claims import KINDS, apart
 
 RUNS = 20
 ROUNDS = 100

@@ -1,8 +1,12 @@
-"""Attainable demands and shares together: a linear program over their products.
+"""Products of shares and thrusts: sums of them, and how large these can be.
 
-A product of shares times thrusts f counts as a vector of its own, as does the product itself. Of these it is
-known that each share lies between 0 and 1, each thrust within its limits, and what is added: a fact is a form
-that is never negative. More than the true set satisfies this, so what is largest here is no smaller there.
+A value is a sum of factors times atoms: entries of tau, each perhaps times shares. What rounding adds is an
+unknown of its own, so that it cancels where the value does.
+
+For attainable demands and shares together there is a linear program over their products. A product of shares
+times thrusts f counts as a vector of its own, as does the product itself. Of these it is known that each
+share lies between 0 and 1, each thrust within its limits, and what is added: a fact is a form that is never
+negative. More than the true set satisfies this, so what is largest here is no smaller there.
 """
 
 from collections.abc import Iterable
@@ -14,8 +18,75 @@ from scipy.sparse import csc_matrix
 
 from alloc import Vehicle
 from alloc.allocation import FloatArray
-from bench.proof.not_read import NotRead
-from bench.proof.rounding.forms import NOTHING, ONE, Form, Shares, constant, exact
+from alloc.program import Node
+from bench.proof.source import NotRead
+
+Shares = frozenset[Node]
+"""Shares that are multiplied with each other, by node; none for 1."""
+Atom = tuple[Shares, int]
+"""Shares times an entry of tau, times 1 where that is ``ONE``, or times what rounding adds where less."""
+Form = dict[Atom, float]
+"""Factors of atoms, the sum of which a value is."""
+ONE = -1
+NOTHING: Shares = frozenset()
+
+
+def constant(value: float) -> Form:
+    """A number."""
+    return {(NOTHING, ONE): value}
+
+
+def total(*terms: tuple[float, Form]) -> Form:
+    """The sum of forms, each times a factor."""
+    found: Form = {}
+    for factor, form in terms:
+        for atom, each in form.items():
+            found[atom] = found.get(atom, 0.0) + factor * each
+    return {atom: each for atom, each in found.items() if each}
+
+
+def exact(form: Form) -> Form:
+    """A form without what rounding adds."""
+    return {atom: factor for atom, factor in form.items() if atom[1] >= ONE}
+
+
+def multiplied(a: Form, b: Form) -> Form:
+    """The product of a form without tau and one that holds none of its shares.
+
+    What rounding adds to the first one is left out.
+    """
+    found: Form = {}
+    for (some, _), x in exact(a).items():
+        for (others, j), y in b.items():
+            atom = some | others, j
+            found[atom] = found.get(atom, 0.0) + x * y
+    return found
+
+
+def times(form: Form, share: Node) -> Form:
+    """A form times a share that it does not hold."""
+    return {(shares | {share}, j): factor for (shares, j), factor in form.items()}
+
+
+def with_share(form: Form, share: Node) -> Form:
+    """The terms that hold a share."""
+    return {atom: factor for atom, factor in form.items() if share in atom[0]}
+
+
+def where_one(form: Form, share: Node) -> Form:
+    """A form where a share is 1."""
+    return total(*((factor, {(shares - {share}, j): 1.0}) for (shares, j), factor in form.items()))
+
+
+def product_shares(form: Form) -> Shares:
+    """All shares of a form."""
+    return NOTHING.union(*(shares for shares, _ in form))
+
+
+def has_tau(form: Form) -> bool:
+    """True if tau stands in a form."""
+    return any(j > ONE for _, j in form)
+
 
 MODELS = 64
 """Of how many lists of facts a model is kept."""
@@ -25,7 +96,7 @@ WIDER = 1e-9
 """By how much a bound is widened, relative to its size, for rounding in the certificate."""
 
 
-class Together:
+class ProductSet:
     """All products of shares and thrusts that there may be.
 
     ``wider`` is by how much demands may leave the attainable set, relative to its size.

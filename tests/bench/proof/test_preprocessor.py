@@ -7,7 +7,7 @@ import pytest
 from alloc import load_vehicle
 from alloc.c.compiled import compiler
 from bench.proof import Subject, subject
-from bench.proof.altered import altered
+from bench.proof.source import preprocessor_change
 from bench.proof.translation import translated
 
 OF = subject(load_vehicle("bluerov2-heavy"), "nullspace", "double", "fixed")
@@ -52,7 +52,7 @@ def test_c_of_which_a_compiler_may_see_other_parts_is_not_the_program(change: st
 
 
 def test_the_line_is_named_with_that_which_is_printed() -> None:
-    words = altered(_changed("c", "!!(condition), 0", "!!(condition), 1"))
+    words = preprocessor_change(_changed("c", "!!(condition), 0", "!!(condition), 1"))
     assert "'#define tb_unlikely(condition) __builtin_expect(!!(condition), 1)' is there for" in words
     assert "for '#define tb_unlikely(condition) __builtin_expect(!!(condition), 0)':" in words
 
@@ -63,5 +63,5 @@ def test_comments_and_blanks_may_differ() -> None:
     source = changed.source.replace("    f[0] = ", "    // #endif\n\n  f[0] = ").replace(
         "#  define", "#define"
     )
-    assert altered(replace(changed, files={**changed.files, f"{OF.name}.c": source})) == ""
-    assert altered(OF) == ""
+    assert preprocessor_change(replace(changed, files={**changed.files, f"{OF.name}.c": source})) == ""
+    assert preprocessor_change(OF) == ""

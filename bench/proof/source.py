@@ -1,10 +1,14 @@
-"""The generated C as a tree, of functions that a compiler's preprocessor left whole.
+"""Generated C that claims speak of: its text, its tree, and what preprocessors may make of it.
 
-Where a preprocessor may leave others (``bench.proof.altered``) the tree is not all that compilers see.
+The tree is of functions that a compiler's preprocessor left whole. Compilers differ in it: where one may
+leave others (``preprocessor_change``) the tree is not all that compilers see.
 """
 
+import re
 import tempfile
 from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,15 +16,19 @@ import numpy as np
 from pycparser import c_ast, c_parser
 from pycparser.c_parser import ParseError
 
+from alloc import Vehicle
+from alloc.c import function_name, sources
 from alloc.c.compiled import compiler
 from alloc.c.statements import STATUSES
 from alloc.files.textfile import write_folder
+from alloc.methods import recipe
+from alloc.program import Faults, Scalar, Where
 from bench.chips.toolchain import ToolError
 from bench.proof import tools
-from bench.proof.altered import altered
-from bench.proof.not_read import NotRead
-from bench.proof.subject import Subject
+from bench.proof.proof import Claim, not_shown
 
+ANSWERED = (0, 1)
+"""What a kernel returns beside an answer: SOLVED and PARTIAL."""
 INCLUDED = "#include <stdint.h>"
 INTEGERS = {"int8_t": "signed char", "int16_t": "short", "int32_t": "int"}
 SIZED = " ".join(
@@ -29,6 +37,61 @@ SIZED = " ".join(
 )
 """What is read in place of stdint.h, which only names types."""
 NUMBERS = {"int", "float", "double", *INTEGERS, *(f"u{name}" for name in INTEGERS)}
+_COMMENT_OR_TEXT = re.compile(
+    r"""/\*.*?\*/|//[^\r\n]*|"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'""", flags=re.DOTALL
+)
+_MEANT = re.compile(r"#|%:|\?\?|\\[ \t]+$|\b_[A-Z_]")
+"""What means something to a preprocessor: directives, digraphs, trigraphs, a line that goes on for some, and
+words that compilers reserve, such as _Pragma and macros of their own."""
+_NESTED = re.compile(r"\s*#\s*(if|endif)")
+
+
+class NotRead(Exception):
+    """Error of an analysis that can't follow C, or a program; the message says what it can't."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Subject:
+    """Subject of a proof: the C of one method for one vehicle.
+
+    Attributes
+    ----------
+    vehicle, kernel, scalar, limits, faults : as ``alloc.c.sources`` takes them
+    files : that C, by file name
+    """
+
+    vehicle: Vehicle
+    kernel: str
+    scalar: Scalar
+    limits: Where
+    files: Mapping[str, str]
+    faults: Faults = "one"
+
+    @property
+    def name(self) -> str:
+        """The function's name, and stem of its files' names."""
+        return function_name(self.vehicle, self.kernel, self.scalar, self.limits)
+
+    @property
+    def source(self) -> str:
+        """The text of the C file."""
+        return self.files[f"{self.name}.c"]
+
+    @property
+    def levels(self) -> int:
+        """How many shares stand behind f."""
+        return recipe(self.kernel).levels(self.vehicle)
+
+    @property
+    def limited(self) -> bool:
+        """True if the kernel promises limits."""
+        return recipe(self.kernel).limited
+
+
+def subject(vehicle: Vehicle, kernel: str, scalar: Scalar, limits: Where, faults: Faults = "one") -> Subject:
+    """The C that ``thrustbench codegen`` writes; raises UnknownName, or NotApplicable with the reason."""
+    files = sources(vehicle, recipe(kernel), scalar, faults, limits)
+    return Subject(vehicle=vehicle, kernel=kernel, scalar=scalar, limits=limits, faults=faults, files=files)
 
 
 class Unit(NamedTuple):
@@ -65,7 +128,7 @@ class Unit(NamedTuple):
 
 def read(of: Subject) -> Unit:
     """The kernel's C, parsed; raises NotRead, ToolError without a compiler."""
-    if words := altered(of):
+    if words := preprocessor_change(of):
         raise NotRead(words)
     return of_one_branch(of)
 
@@ -77,7 +140,7 @@ def of_one_branch(of: Subject) -> Unit:
     return Unit(text, functions, _cases(functions[of.name].body.block_items))
 
 
-def kept(text: c_ast.FileAST) -> set[str]:
+def static_variables(text: c_ast.FileAST) -> set[str]:
     """The variables of some C that outlive a call and can change."""
     found = {node.name for node in text.ext if _varies(node)}
     waiting: list[Any] = [node for node in text.ext if isinstance(node, c_ast.FuncDef)]
@@ -169,3 +232,38 @@ def loops(function: c_ast.FuncDef) -> bool:
             return True
         found += [(child, inside or isinstance(node, c_ast.For)) for _, child in node.children()]
     return False
+
+
+def preprocessor_change(of: Subject) -> str:
+    """The first line of this that is another than the one that is printed, in words; empty if none is."""
+    made = subject(of.vehicle, of.kernel, of.scalar, of.limits, of.faults).files
+    for name in sorted({*made, *of.files}):
+        for usual, found in zip_longest(
+            preprocessor_lines(made.get(name, "")), preprocessor_lines(of.files.get(name, ""))
+        ):
+            if usual != found:
+                return f"{name}: '{found or ''}' is there for '{usual or ''}': compilers may differ in it"
+    return ""
+
+
+def of_all_branches(claims: list[Claim], of: Subject) -> list[Claim]:
+    """Claims that one branch shows: not shown where the others are none that are printed."""
+    words = preprocessor_change(of)
+    return [not_shown(each.claim, [words]) if words and each.verdict == "shown" else each for each in claims]
+
+
+def preprocessor_lines(text: str) -> list[str]:
+    """The lines of C that a preprocessor obeys or may change, and all between #if and #endif."""
+    lines, inside = list[str](), 0
+    for line in _COMMENT_OR_TEXT.sub(_without, text.replace("\\\n", "")).split("\n"):
+        nested = _NESTED.match(line)
+        inside += nested is not None and nested[1] == "if"
+        if line.strip() and (inside or _MEANT.search(line)):
+            lines.append(" ".join(line.split()))
+        inside -= nested is not None and nested[1] == "endif"
+    return lines
+
+
+def _without(found: re.Match[str]) -> str:
+    """A space for a comment; one that may end elsewhere for some stays, as text in quotes does."""
+    return found[0] if found[0][0] in "\"'" or re.search(r"\?\?|\\", found[0]) else " "

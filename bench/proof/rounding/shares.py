@@ -4,10 +4,14 @@ Each load is the size of what is taken, over a slack. That a share times what is
 slack says more than ranges of single numbers do: what a step leaves of a slack is never negative.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from alloc.program import Node, Operation
+from bench.proof.rounding.arithmetic import Value, among
+from bench.proof.rounding.products import NOTHING, Form, constant, total
+from bench.proof.rounding.sensitivity import Gauge
+from bench.proof.source import NotRead
 
 
 class Load(NamedTuple):
@@ -36,13 +40,13 @@ class Share(NamedTuple):
     keep : the node of k above the line
     least : that of k below it
     loads : the others below it
-    within : nodes between these and the share
+    inner : nodes between these and the share
     """
 
     keep: Node
     least: Node
     loads: list[Load]
-    within: set[Node]
+    inner: set[Node]
 
 
 def shares(nodes: Sequence[Operation]) -> dict[Node, Share]:
@@ -107,3 +111,40 @@ def _size(nodes: Sequence[Operation], node: Node) -> tuple[Node, Node | None, se
 
 def _zero(nodes: Sequence[Operation], node: Node) -> bool:
     return nodes[node] == ("const", 0.0)
+
+
+def gauges(share: Share, number: Callable[[Node], Value]) -> tuple[list[Gauge], float]:
+    """The gauges of a share, and how many relative roundings any of its loads has at most.
+
+    ``number`` gives a node's value. Raises NotRead where a load or a slack is no sum.
+    """
+    found, roundings = [], 1.0
+    for load in share.loads:
+        taken, extra = _before_rounding(number(load.along))
+        tiny = 0.0 if load.tiny is None else number(load.tiny).size
+        for sign, slack in ((1.0, load.ahead), (-1.0, load.astern))[: 1 + load.both]:
+            if slack is None:
+                found.append(Gauge(total((sign, taken)), constant(1.0), 0.0))
+                roundings = max(roundings, 1.0 + extra)
+                continue
+            for each in _alternatives(number(slack)):
+                left, more = _before_rounding(each)
+                found.append(Gauge(total((sign, taken)), left, tiny))
+                roundings = max(roundings, 2.0 + extra + more)
+    return found, roundings
+
+
+def _before_rounding(value: Value) -> tuple[Form, float]:
+    """A value's form before its own rounding, and how many relative roundings that is."""
+    if value.form is None:
+        raise NotRead("a share of what is no sum")
+    form = dict(value.form)
+    return (form, 0.0) if form.pop((NOTHING, value.own), None) is None else (form, 1.0)
+
+
+def _alternatives(value: Value) -> tuple[Value, ...]:
+    """Values with a form, the least of which this is; raises NotRead where they are not known."""
+    found = among(value)
+    if not found or not value.least:
+        raise NotRead("a slack that is no sum")
+    return found
