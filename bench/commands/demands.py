@@ -29,7 +29,7 @@ def command(log: Path, vehicle: str, from_outputs: bool, output: Path | None, **
     from alloc import load_vehicle
     from alloc.files.textfile import write_text
     from bench.demands import labelled
-    from bench.demands.log_summary import as_text, summarise
+    from bench.demands.log_summary import demands_text, summarise
     from bench.inputs.demand_csv import format_demands
     from bench.inputs.log_limits import limits_in
     from bench.inputs.logs import log_for, rate_hz
@@ -39,7 +39,7 @@ def command(log: Path, vehicle: str, from_outputs: bool, output: Path | None, **
     t, taus, columns = read.t, read.taus, read.columns
     low, high = limits_in(log, columns, answering)
     demands = labelled(log.stem, answering, taus, low, high, rate_hz=rate_hz(t))
-    echo(as_text(summarise(demands, t), demands))
+    echo(demands_text(summarise(demands, t), demands))
     if output is not None:
         write_text(output, format_demands(t, taus, answering.dof, columns, frame=answering.frame))
     echo(read.said, err=True)  # at last, since a refusal is one line
@@ -51,7 +51,7 @@ def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
     from alloc import load_vehicle
     from alloc.errors import DemandError, VehicleError
     from alloc.files.textfile import write_text
-    from bench.demands.outputs_summary import as_text, columns_of, made_by
+    from bench.demands.log_summary import columns_of, made_by, outputs_text
     from bench.inputs.demand_csv import format_demands
     from bench.inputs.outputs import read_outputs
 
@@ -69,7 +69,7 @@ def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
     if given.scale and outputs.taus is None:
         raise DemandError(f"{log}: has no demands that could be scaled; leave out --scale")
     made = made_by(outputs, vehicle, given.scale)
-    echo(as_text(made, outputs, vehicle))
+    echo(outputs_text(made, outputs, vehicle))
     held = ""
     if output is not None:
         columns, held = columns_of(outputs.volts, vehicle)

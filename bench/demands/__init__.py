@@ -23,7 +23,6 @@ from alloc.allocation import BoolArray, FloatArray
 from alloc.errors import unknown
 from alloc.files import modules
 from alloc.vehicle.call_limits import limits_of
-from bench.demands.doubts import crossing, of_limits
 
 if TYPE_CHECKING:
     from bench.inputs.logs import LogOptions
@@ -219,6 +218,24 @@ def _from_file(path: Path, vehicle: Vehicle, n: int | None, options: "LogOptions
         crossed=int(crossed.sum()),
         said=tuple(filter(None, (log.said, log.doubt, of_limits(demands.name, crossed)))),
         given=True,
+    )
+
+
+def crossing(N: int, low: FloatArray | None, high: FloatArray | None) -> BoolArray:
+    """(N,) whether some limits (N, n) of each demand cross; nowhere without limits."""
+    if low is None or high is None:
+        return np.zeros(N, dtype=bool)
+    crosses: BoolArray = np.any(low > high, axis=1)
+    return crosses
+
+
+def of_limits(log: str, crosses: BoolArray) -> str:
+    """A line where limits of demands cross; empty where none do."""
+    if not crosses.any():
+        return ""
+    return (
+        f"{log}: limits cross in {np.count_nonzero(crosses):,} of {len(crosses):,} demands, first in demand"
+        f" {crosses.argmax()} (counted from 0); no thrust lies within them, so no method can keep them"
     )
 
 

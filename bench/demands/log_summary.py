@@ -1,15 +1,20 @@
-"""Summary of a log of demands: rate, gaps, labels, and the time for which it asks too much."""
+"""Summaries of logs: of demands, what they ask and for how long too much; of outputs, the wrench made."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from alloc import Label
+from alloc import Label, Vehicle, alpha_max
 from alloc.allocation import BoolArray, FloatArray
+from alloc.reach.attainable import single_axis_maxima
 from alloc.vehicle.geometry import unit
-from bench.demands import DemandSet
+from alloc.vehicle.limits import Interval
+from bench.demands import ATTAINED, DemandSet
+from bench.inputs.columns import VOLTS
 from bench.inputs.logs import after_gaps
+from bench.inputs.outputs import Outputs
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,7 +82,7 @@ def summarise(demands: DemandSet, t: FloatArray | None) -> Summary:
     )
 
 
-def as_text(summary: Summary, demands: DemandSet) -> str:
+def demands_text(summary: Summary, demands: DemandSet) -> str:
     """The Summary as lines of ``what  how much``."""
     s, vehicle = summary, demands.vehicle
     lines, base = [("demands", str(s.n))], "demands"
@@ -111,3 +116,160 @@ def _longest_stretch(outside: BoolArray, held: FloatArray, gaps: set[int]) -> fl
         current = before + seconds if is_outside else 0.0
         longest = max(longest, current)
     return longest
+
+
+class Undone(NamedTuple):
+    """Part of the demands that was not made.
+
+    Attributes
+    ----------
+    axes : (m,) of which the log has demands
+    mean, most : (m,) |demanded - made| on average and at most [N, N m]
+    attainable : share of the demands that thrusters meet within limits, at each row's voltage where it has
+        one; NaN where axes are missing
+    lost : (m,) mean of |demanded - made| over those that could have been met [N, N m]
+    """
+
+    axes: tuple[str, ...]
+    mean: FloatArray
+    most: FloatArray
+    attainable: float
+    lost: FloatArray
+
+
+class Delivered(NamedTuple):
+    """Wrenches that N rows of outputs made.
+
+    Attributes
+    ----------
+    f, taus : (N, n) thrusts [N]; (N, k) wrenches T P f [N, N m]
+    at_end, in_dead_band : (n,) share of rows with the command at an end of its range; not neutral, and still
+        making nothing
+    outside : share of rows whose voltage the curve does not cover; NaN where it says no voltage
+    undone : what of the demands was not made; None where the log has none in newtons
+    """
+
+    f: FloatArray
+    taus: FloatArray
+    at_end: FloatArray
+    in_dead_band: FloatArray
+    outside: float
+    undone: Undone | None
+
+
+def made_by(outputs: Outputs, vehicle: Vehicle, scale: tuple[float, ...] = ()) -> Delivered:
+    """Wrenches made by outputs, by the curve in the vehicle's ``esc`` at the voltage of each row.
+
+    ``scale`` are factors of all DOF, or of each, over the log's demands [N, N m]; left out, a share of 1 is
+    the ``full_authority`` of its axis, where the log is known to have shares.
+    """
+    u, volts = outputs.u, outputs.volts
+    f = vehicle.thrusts(u, volts)
+    taus = f @ vehicle.TP.T
+    neutral, low, high, step = (
+        np.array([getattr(esc, key) for esc in vehicle.esc]) for key in ("neutral", "low", "high", "step")
+    )
+    at_end = (u <= low + step / 2) | (u >= high - step / 2)
+    dead = (f == 0) & (np.abs(u - neutral) >= step / 2)
+    measured = [esc for esc in vehicle.esc if not np.isnan(esc.volts[0])]
+    outside = np.nan
+    if volts is not None and measured:
+        outside = float(np.mean([esc.outside(volts) for esc in measured]))
+    undone = None
+    if outputs.taus is not None:
+        alone = full_authority(vehicle) if outputs.shares and not scale else 1.0
+        factors = np.broadcast_to(scale or alone, (vehicle.k,))
+        undone = _undone(vehicle, outputs.taus * factors, taus, _limits(vehicle, volts, len(u)))
+    return Delivered(f, taus, at_end.mean(axis=0), dead.mean(axis=0), outside, undone)
+
+
+def columns_of(volts: FloatArray | None, vehicle: Vehicle) -> tuple[dict[str, FloatArray], str]:
+    """The columns beside made wrenches that a log of demands for the vehicle has, and what is to be said.
+
+    Voltages (N,) beyond the vehicle's table become its nearest, whose curve was taken: limits stop there too.
+    """
+    if volts is None:
+        return {}, ""
+    if vehicle.by_volts is None:
+        return {}, f"volts are left out, as {vehicle.name} has no limits by voltage"
+    least, most = vehicle.by_volts.volts[[0, -1]]
+    held = np.clip(volts, least, most)
+    moved = np.count_nonzero(held != volts)
+    said = f"volts of {moved} of {len(volts)} rows lie beyond the vehicle's table, {least:g} to {most:g} V"
+    return {VOLTS: held}, f"{said}, and are written as its nearest" if moved else ""
+
+
+def full_authority(vehicle: Vehicle) -> FloatArray:
+    """(k,) the smaller of the largest wrenches both ways on each axis alone [N, N m]."""
+    backward, forward = single_axis_maxima(vehicle)
+    smaller: FloatArray = np.minimum(-backward, forward)
+    return smaller
+
+
+def _limits(vehicle: Vehicle, volts: FloatArray | None, count: int) -> Interval:
+    """Limits that ESCs make at each voltage (count, n) [N]; beyond the table those of its end."""
+    low, high = (np.tile(side, (count, 1)) for side in (vehicle.f_min, vehicle.f_max))
+    if volts is not None and vehicle.by_volts is not None:
+        at_least, at_most = vehicle.by_volts.between(volts)
+        low, high = np.fmax(at_least, low), np.fmin(at_most, high)  # of NaN volts the vehicle's own
+    return vehicle.esc_limits(volts, low, high)
+
+
+def _undone(
+    vehicle: Vehicle,
+    asked: FloatArray,
+    made: FloatArray,
+    limits: Interval,
+) -> Undone | None:
+    known = np.array([np.isfinite(column).any() for column in asked.T])
+    if not known.any():
+        return None
+    rows = np.isfinite(asked[:, known]).all(axis=1)
+    if not rows.any():
+        return None
+    asked = asked[rows]
+    low, high = (side[rows] for side in limits)
+    missed = np.abs(asked - made[rows])[:, known]
+    axes = tuple(axis for axis, there in zip(vehicle.dof, known.tolist(), strict=True) if there)
+    attainable: BoolArray = np.ones(len(asked), dtype=bool)
+    share = np.nan
+    if known.all():
+        attainable = alpha_max(vehicle, asked, low, high) >= ATTAINED
+        share = float(attainable.mean())
+    lost = missed[attainable].mean(axis=0) if attainable.any() else np.zeros(len(axes))
+    return Undone(axes, missed.mean(axis=0), missed.max(axis=0), share, lost)
+
+
+def outputs_text(made: Delivered, outputs: Outputs, vehicle: Vehicle) -> str:
+    """The numbers as lines of ``what  how much``."""
+    lines = [("rows", f"{len(outputs.u)}")]
+    if outputs.t is not None:
+        lines.append(("duration", f"{outputs.t[-1] - outputs.t[0]:.4g} s, gaps included"))
+    if outputs.volts is not None:
+        lines.append(("battery", f"{outputs.volts.min():.4g} … {outputs.volts.max():.4g} V"))
+        alike = "not known: thrusts are taken as alike at every voltage"
+        lines.append(
+            (
+                "voltage outside of the curve",
+                alike if np.isnan(made.outside) else f"{100 * made.outside:.2f} % of rows",
+            )
+        )
+    for axis, row in zip(vehicle.dof, made.taus.T, strict=True):
+        lines.append((f"made {axis}", f"{row.min():.4g} … {row.max():.4g} {unit(axis)}"))
+    for i in range(vehicle.n):
+        shares = (
+            f"{100 * made.at_end[i]:.2f} % of rows at its end,"
+            f" {100 * made.in_dead_band[i]:.2f} % in its dead band, not at neutral"
+        )
+        lines.append((vehicle.called(i), shares))
+    if (undone := made.undone) is None:
+        lines.append(("left undone", "not known: no row has commands and a demand"))
+    else:
+        if not np.isnan(undone.attainable):
+            lines.append(("demands that could be met", f"{100 * undone.attainable:.2f} % of rows with one"))
+        for axis, mean, most, lost in zip(undone.axes, undone.mean, undone.most, undone.lost, strict=True):
+            said = f"{mean:.4g} {unit(axis)} on average, {most:.4g} at most"
+            if not np.isnan(undone.attainable):
+                said += f", {lost:.4g} {unit(axis)} of those that could be met"
+            lines.append((f"left undone, {axis}", said))
+    return aligned(lines)

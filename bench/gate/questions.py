@@ -11,7 +11,7 @@ from alloc import NotApplicable, Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import VehicleError
 from bench.demands import DemandSet, along_axes, build_demands, labelled
-from bench.demands.near_degenerate import edge_demands, numbered
+from bench.demands.generated import edge_demands, numbered
 from bench.demands.store import Case
 from bench.judging.question import Answers, Question, Unanswered, questions
 

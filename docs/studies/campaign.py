@@ -23,8 +23,7 @@ from alloc import Allocation, NotApplicable, Status, Vehicle, build, catalogue, 
 from alloc.allocation import WRENCH_TOLERANCE, FloatArray
 from alloc.discovery import Entry
 from alloc.formulations import Family, find_formulation
-from bench.demands.near_degenerate import numbered
-from bench.demands.odd_vehicles import DEMANDS, DemandsAsked, asked, vehicle_of
+from bench.demands.generated import DEMANDS, DemandsAsked, asked, numbered, vehicle_of
 
 LOT = 50
 """Vehicles of one line; generated C, which has to be compiled, is asked on the first of each lot."""

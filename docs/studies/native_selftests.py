@@ -25,8 +25,7 @@ import numpy as np
 from alloc import NotApplicable, Vehicle, generate, list_vehicles, load_vehicle
 from alloc.methods import recipes
 from alloc.program import Scalar, Where
-from bench.demands.near_degenerate import numbered
-from bench.demands.odd_vehicles import vehicle_of
+from bench.demands.generated import numbered, vehicle_of
 
 COMPILERS = ("gcc", "clang")
 FLAGS = (

@@ -1,6 +1,6 @@
 """Answers on nearly symmetric vehicles against their equation: ``python docs/studies/near_degenerate.py F``.
 
-Vehicles are symmetric but for their last digits (``bench.demands.near_degenerate``), demands lie on the edges
+Vehicles are symmetric but for their last digits (``bench.demands.generated``), demands lie on the edges
 of what they can do. An answer says which wrench its thrusts make: SOLVED all of the demand, PARTIAL what its
 shares make of it. How far T f is from that, in parts of ``wrench_scale``, is counted for methods in Python,
 one call at a time and many at once, and for their C: double and float, limits of the vehicle and of the call.
@@ -33,7 +33,7 @@ from alloc.formulations import find_formulation
 from alloc.kernels.tolerance import MET
 from alloc.methods import recipe, recipes
 from alloc.program import Evaluated, Scalar, Where, evaluate
-from bench.demands.near_degenerate import edge_demands, numbered
+from bench.demands.generated import edge_demands, numbered
 
 METHODS = ("nullspace", "scaled", "scaled-by-group", "priority", "redistribute", "clip", "shrink")
 ROUNDING = 1e-15

@@ -24,8 +24,7 @@ from alloc.allocation import FloatArray
 from alloc.formulations import Family
 from alloc.reach.attainable import alpha_range
 from alloc.vehicle.condition import condition
-from bench.demands.near_degenerate import edge_demands, near_degenerate
-from bench.demands.odd_vehicles import inside, odd_vehicle
+from bench.demands.generated import edge_demands, inside, near_degenerate, odd_vehicle
 
 Rows = list[list[Fraction]]
 Limit = Fraction | None

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from alloc import Status, build
-from bench.demands.near_degenerate import edge_demands, numbered
+from bench.demands.generated import edge_demands, numbered
 from rational import effort, exact_optimum, fractions, problems
 
 FARTHER = 1e-3

@@ -22,8 +22,7 @@ from alloc.errors import DemandError, UnknownName
 from alloc.methods import recipe, recipes
 from alloc.program import Faults, Scalar, Where
 from bench.demands import build_demands
-from bench.demands.near_degenerate import numbered
-from bench.demands.odd_vehicles import vehicle_of
+from bench.demands.generated import numbered, vehicle_of
 from tests.nullspace_cases import SHAPES, demands_of_known_verdict, random_vehicle
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "-")

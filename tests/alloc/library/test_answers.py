@@ -10,7 +10,7 @@ from alloc import NotApplicable, Status, Vehicle, alpha_max, build, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.formulations import find_formulation
 from alloc.library import calls
-from bench.demands.near_degenerate import edge_demands, made_by_few, numbered
+from bench.demands.generated import edge_demands, made_by_few, numbered
 from tests.coupled import coupled
 from tests.library import Allocator
 

@@ -15,7 +15,7 @@ from alloc.lint.check import check_vehicle
 from alloc.lint.geometry import decimals, nearly_dependent
 from alloc.lint.report import Finding
 from alloc.vehicle.geometry import DOF
-from bench.demands.near_degenerate import FAMILIES, three_planes
+from bench.demands.generated import FAMILIES, three_planes
 from tests.places import ROOT
 
 SAYS = "looks like a symmetric vehicle printed to"

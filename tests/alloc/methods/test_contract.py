@@ -12,7 +12,7 @@ from alloc.allocation import WRENCH_TOLERANCE
 from alloc.discovery import Entry
 from alloc.errors import DemandError
 from alloc.formulations import Family, find_formulation
-from bench.demands.near_degenerate import edge_demands, numbered
+from bench.demands.generated import edge_demands, numbered
 from bench.gate import contract
 from tests.not_asked import not_asked
 

@@ -22,7 +22,7 @@ from alloc.program import Evaluated, Expression, Scalar, Where, evaluate
 from alloc.reach import attainable, edge, zonotope
 from alloc.vehicle import degeneracy
 from bench.demands import build_demands
-from bench.demands.near_degenerate import edge_demands, made_by_few, numbered
+from bench.demands.generated import edge_demands, made_by_few, numbered
 
 VEHICLES, DEMANDS = 100, 60
 OFF = 1e-9 + 1e-15

@@ -9,7 +9,7 @@ from alloc import Status, Vehicle, build, load_vehicle
 from alloc.c import programs
 from alloc.methods import recipe, recipes
 from alloc.program import Builder, Program, Where, at_fault, evaluate, least, most, size, states
-from bench.demands.odd_vehicles import vehicle_of
+from bench.demands.generated import vehicle_of
 
 UKWIAL = load_vehicle("ukwial")
 TOGETHER = [name for name, each in recipes().items() if each.make_for_all and name != "redistribute"]

@@ -14,8 +14,7 @@ from alloc.nullspace.structure import decompose
 from alloc.reach.edge import start
 from alloc.reach.way import KEEP, Way, groups, step_maps
 from alloc.vehicle.geometry import DOF
-from bench.demands.generated import growth_vehicle
-from bench.demands.odd_vehicles import asked, vehicle_of
+from bench.demands.generated import asked, growth_vehicle, vehicle_of
 from saturation import limits, share_by_program, vehicles
 
 LP = 1e-8

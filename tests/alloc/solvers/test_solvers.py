@@ -13,7 +13,7 @@ from alloc.formulations import Family
 from alloc.qp import QP, pose_hard
 from alloc.qp.certificate import certify_many
 from alloc.reach.attainable import alpha_range
-from bench.demands.odd_vehicles import asked, inside, vehicle_of
+from bench.demands.generated import asked, inside, vehicle_of
 from bench.demands.sets.jolts import within
 
 VEHICLE = load_vehicle("ukwial")

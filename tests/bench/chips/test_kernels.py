@@ -31,7 +31,7 @@ from bench.chips.search import climb
 from bench.chips.study import CLASSES, Plan, emulate, first
 from bench.chips.target import Target, target, targets
 from bench.demands import build_demands, labelled
-from bench.demands.near_degenerate import edge_demands, numbered
+from bench.demands.generated import edge_demands, numbered
 from bench.proof import subject
 from bench.proof.worst import worst_path
 from bench.record import Emulated, read

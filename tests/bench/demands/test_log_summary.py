@@ -8,7 +8,7 @@ import pytest
 from alloc import Label, Status, build, load_vehicle
 from alloc.reach.attainable import single_axis_maxima
 from bench.demands import build_demands, labelled, longest
-from bench.demands.log_summary import as_text, summarise
+from bench.demands.log_summary import demands_text, summarise
 from bench.inputs.logs import rate_hz
 
 
@@ -70,14 +70,14 @@ def test_shares_and_times_of_a_log_with_a_gap_name_one_base() -> None:
     t = np.concatenate([np.arange(8) / 10, 3.7 + np.arange(3) / 10])
     taus = np.array([[50.0, 0, 0]] * 8 + [[5000.0, 0, 0]] * 3)
     demands = labelled("log", load_vehicle("ukwial"), taus, rate_hz=rate_hz(t))
-    lines = dict(line.split("  ", 1) for line in as_text(summarise(demands, t), demands).splitlines())
+    lines = dict(line.split("  ", 1) for line in demands_text(summarise(demands, t), demands).splitlines())
     said = {what: value.strip() for what, value in lines.items()}
     assert said["duration"] == "3.90 s, gaps included"
     assert said["gaps"] == "1, the longest 3 s"
     assert said["time under demands"] == "1.10 s; a gap counts one step"
     assert said["infeasible"] == "27.27 % of 1.10 s"
     assert said["outside the attainable set"] == "0.30 s of 1.10 s, at a stretch 0.30 s"
-    untimed = as_text(summarise(demands, None), demands)
+    untimed = demands_text(summarise(demands, None), demands)
     assert "27.27 % of demands" in untimed
     assert "time" not in untimed
 
@@ -87,4 +87,4 @@ def test_the_summary_of_a_log_without_times_counts_demands() -> None:
     summary = summarise(demands, None)
     assert (summary.duration_s, summary.gaps, summary.outside_s) == (None, None, None)
     assert summary.share[Label.INFEASIBLE] == 0.5
-    assert "Hz" not in as_text(summary, demands)
+    assert "Hz" not in demands_text(summary, demands)

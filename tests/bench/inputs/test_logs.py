@@ -15,7 +15,7 @@ from alloc.errors import DemandError, FileError
 from alloc.vehicle.frame import turned
 from alloc.vehicle.geometry import DOF
 from bench.demands import build_demands
-from bench.demands.log_summary import as_text, summarise
+from bench.demands.log_summary import demands_text, summarise
 from bench.harness.plan import RunSettings
 from bench.inputs.demand_csv import read_demands
 from bench.inputs.log_files import parsing
@@ -59,7 +59,7 @@ def test_a_bag_a_ulog_and_a_csv_with_the_same_demands_give_the_same_table(
         file = write(folder, *demands)
         t, *_ = read_log(file, vehicle.dof)
         built = build_demands(file, vehicle, seed=1)
-        tables.add(as_text(summarise(built, t), built))
+        tables.add(demands_text(summarise(built, t), built))
     assert len(tables) == 1
     (table,) = tables
     assert re.search("^rate +50 Hz$", table, re.MULTILINE)

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from alloc import Allocation, AllocError, Status, alpha_max, load_vehicle
 from alloc.allocation import FloatArray
 from bench.__main__ import cli
-from bench.demands.outputs_summary import as_text, columns_of, full_authority, made_by
+from bench.demands.log_summary import columns_of, full_authority, made_by, outputs_text
 from bench.inputs.columns import parse_columns
 from bench.inputs.demand_csv import read_demands, sent
 from bench.inputs.logs import ulog as px4
@@ -196,7 +196,7 @@ def test_a_curve_that_knows_no_voltage_covers_none(tmp_path: Path) -> None:
         outputs = read_outputs(csv(tmp_path), asked)
         lines = dict(
             re.split("  +", line, maxsplit=1)
-            for line in as_text(made_by(outputs, asked), outputs, asked).splitlines()
+            for line in outputs_text(made_by(outputs, asked), outputs, asked).splitlines()
         )
         assert lines["voltage outside of the curve"] == says
 

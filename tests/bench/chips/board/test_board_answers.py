@@ -18,7 +18,7 @@ from bench.chips.board.measured import counts, lines
 from bench.chips.board.project import plan
 from bench.chips.kernels import own
 from bench.demands import labelled
-from bench.demands.near_degenerate import edge_demands, numbered
+from bench.demands.generated import edge_demands, numbered
 from bench.record import Cell, read
 from bench.results.ranking import is_exact
 from bench.results.rows import read_run
