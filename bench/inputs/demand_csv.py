@@ -15,7 +15,18 @@ from alloc.errors import DemandError
 from alloc.vehicle import LARGEST
 from alloc.vehicle.esc import Made
 from alloc.vehicle.frame import turned
-from bench.inputs.columns import TIME, Column, assign, columns_option, key, understood, wrenches_of
+from alloc.vehicle.geometry import MOMENTS
+from bench.inputs.columns import (
+    TIME,
+    VOLTS,
+    Column,
+    angles_of,
+    assign,
+    columns_option,
+    key,
+    understood,
+    wrenches_of,
+)
 from bench.inputs.frames import Stated, frame_columns, frame_comment, of_table
 from bench.inputs.log_limits import limit_columns
 from bench.inputs.table import LARGEST as LATEST
@@ -36,6 +47,8 @@ class Demanded(NamedTuple):
     doubt : what may be wrong, in a line; empty for nothing
     shares : whether taus are known to be shares of what the vehicle can do [-]
     others : whether a table has columns that are left out
+    u : (N, n) commands, where columns of these were asked for
+    axes : of which a table has demands
     """
 
     t: FloatArray | None
@@ -46,10 +59,16 @@ class Demanded(NamedTuple):
     doubt: str = ""
     shares: bool = False
     others: bool = False
+    u: FloatArray | None = None
+    axes: tuple[str, ...] = ()
 
 
 def read_demands(
-    path: Path, dof: tuple[str, ...], columns: Mapping[str, str] | None = None, thrusters: Sequence[str] = ()
+    path: Path,
+    dof: tuple[str, ...],
+    columns: Mapping[str, str] | None = None,
+    thrusters: Sequence[str] = (),
+    commands: Sequence[str] = (),
 ) -> Demanded:
     """Demands from a table with known headers, or with ``columns`` that the user names, as they stand.
 
@@ -59,6 +78,8 @@ def read_demands(
     dof : the vehicle's controlled DOF; each needs a column
     columns : names of columns by DOF; ``t`` for the time, ``volts``
     thrusters : names of the vehicle's thrusters, which columns of limits may have
+    commands : names of columns of outputs. A row needs these, and may have demands; moments without a force
+        are more often an attitude, and taken where the user names them only; of limits only volts count
 
     Raises
     ------
@@ -66,31 +87,55 @@ def read_demands(
     vehicle; both name file, line, column and remedy.
     """
     table, given = read_table(path), columns or {}
-    if not any(table.header):
+    place, header, units = table.place, table.header, table.units
+    if missing := [name for name in commands if header.count(name) != 1]:
         raise DemandError(
-            f"{table.place}: the file is empty; give a header '{','.join(dof)}' and one row a demand"
+            f"{place}: no one column {missing[0]!r}; give {commands[0]} … {commands[-1]}, one a thruster"
         )
-    found = assign(table.place, table.header, table.units, dof, given)
-    limits = limit_columns(table.place, table.header, table.units, thrusters, given, found)
-    used = {name: column.place for name, column in (found | limits).items()}
-    values, lines, blank, cells = read_rows(table, used, found.get(TIME), [found[axis].place for axis in dof])
-    if not lines:
+    if not any(header):
+        raise DemandError(f"{place}: the file is empty; give a header '{','.join(dof)}' and one row a demand")
+    found = assign(place, header, units, dof, given, every=not commands)
+    angles: dict[str, str] = {}
+    if commands and {*found} <= {TIME, *MOMENTS}:
+        angles = angles_of({axis: found[axis] for axis in found if axis not in (TIME, *given)})
+    found = {quantity: column for quantity, column in found.items() if quantity not in angles}
+    axes = [axis for axis in dof if axis in found]
+    limits = limit_columns(place, header, units, thrusters, given, found)
+    limits = {name: column for name, column in limits.items() if name == VOLTS or not commands}
+    used = {name: header.index(name) for name in commands}
+    used |= {name: column.place for name, column in (limits | found).items()}
+    needed, demands = [used[name] for name in commands or axes], [used[axis] for axis in axes]
+    values, lines, blank, cells = read_rows(table, used, found.get(TIME), needed, axes if commands else ())
+    if not lines and not commands:
         raise DemandError(f"{path}: holds no demands; give one row a demand below the header")
     t = times(table, found.get(TIME), values, lines, given)
-    also = {place for place in cells if cells[place]}
-    said = understood(path.name, table.header, found, limits, also)
+    also = {*(used[name] for name in commands), *(i for i in cells if cells[i])}
+    parts = [understood(path.name, header, found, limits, also)]
+    parts += [f"{commands[0]} … {commands[-1]} are the commands"] if commands else []
     if blank:
-        said = f"{said or path.name}{';' if said else ':'} {blank} rows without a demand"
-    names = [found[axis].name for axis in dof]
+        parts.append(f"{blank} rows without {'commands' if commands else 'a demand'}")
+    alone = sum(
+        is_blank(row[i] for i in needed) and not is_blank(row[i] for i in demands) for _, row in table.rows
+    )
+    if alone:
+        parts[-1] += f", {alone} of them with demands, which are not compared: fill commands forward"
+    if angles:
+        parts.append(f"{', '.join(angles.values())} without a force may be attitude")
+        parts.append(f"{columns_option(angles)} if N m")
+    said = "; ".join(filter(None, parts))
+    names = [found[axis].name for axis in axes]
+    none = np.full(len(lines), nan)
     return Demanded(
         t,
-        np.column_stack([values[axis] * found[axis].factor for axis in dof]),
-        said,
+        np.column_stack([values[axis] * found[axis].factor if axis in found else none for axis in dof]),
+        said if parts[0] or not said else f"{path.name}: {said}",
         {name: values[name] * column.factor for name, column in limits.items()},
-        of_table(table.text, table.header, cells, names),
-        "; ".join(filter(None, (doubt_steps(path, t, found.get(TIME), table), _repeats(path, t, values)))),
+        of_table(table.text, header, cells, names),
+        "; ".join(filter(None, (_steps(path, t, found.get(TIME), table), _repeats(path, t, values)))),
         shares=any(wrench.shares for wrench in wrenches_of(names)),
-        others=len(table.header) > len({*used.values(), *also}),
+        others=len(header) > len({*used.values(), *also}),
+        u=np.column_stack([values[name] for name in commands]) if commands else None,
+        axes=tuple(axes),
     )
 
 
@@ -165,7 +210,7 @@ def times(
     return t
 
 
-def doubt_steps(path: Path, t: FloatArray | None, column: Column | None, table: Cells) -> str:
+def _steps(path: Path, t: FloatArray | None, column: Column | None, table: Cells) -> str:
     """A doubt about a column ``t`` without a unit that has steps of no log of demands in s."""
     if t is None or column is None or column.unit or key(column.name) != TIME or table.dates:
         return ""

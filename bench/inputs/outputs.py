@@ -9,13 +9,11 @@ import numpy as np
 from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
-from alloc.vehicle.geometry import MOMENTS
-from bench.inputs.columns import TIME, VOLTS, angles_of, assign, columns_option, understood, wrenches_of
-from bench.inputs.demand_csv import doubt_steps, read_rows, times
-from bench.inputs.frames import Stated, in_frame, of_table
+from bench.inputs.columns import VOLTS
+from bench.inputs.demand_csv import read_demands
+from bench.inputs.frames import Stated, in_frame
 from bench.inputs.log_files import reader
-from bench.inputs.log_limits import limit_columns
-from bench.inputs.table import TABLES, is_blank, read_table
+from bench.inputs.table import TABLES
 
 UNPOWERED = "; no voltage was measured, that of 'esc' is taken"
 
@@ -64,9 +62,7 @@ def read_outputs(
         raise DemandError(f"{path}: has no columns; --columns is for tables, leave it out")
     if topic and not getattr(module, "TOPIC", False):
         raise DemandError(f"{path}: has no instances to choose of; --topic is for ULogs, leave it out")
-    outputs = (
-        module.read_outputs(path, vehicle, topic) if module else _read_table(path, vehicle, columns or {})
-    )
+    outputs = module.read_outputs(path, vehicle, topic) if module else _read_table(path, vehicle, columns)
     if not len(outputs.u):
         raise DemandError(f"{path}: holds no outputs; log them")
     bad = np.flatnonzero(~np.isfinite(outputs.u).all(axis=1))
@@ -88,60 +84,24 @@ def read_outputs(
     return outputs._replace(said=outputs.said + UNPOWERED) if several else outputs
 
 
-def _read_table(path: Path, vehicle: Vehicle, given: Mapping[str, str]) -> Outputs:
+def _read_table(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None) -> Outputs:
     """Columns ``u0``, ``u1``, … and, where there are such, times, ``volts`` and demands, named as in any log.
 
     A row whose cells of demands are all empty, or NaN, has commands and no demand; one without commands is
-    left out. Moments without a force are more often an attitude, and taken where ``given`` names them only.
+    left out.
     """
-    table = read_table(path)
-    names = [f"u{i}" for i in range(vehicle.n)]
-    if missing := [name for name in names if table.header.count(name) != 1]:
-        raise DemandError(
-            f"{table.place}: no one column {missing[0]!r}; give {names[0]} … {names[-1]}, one a thruster"
-        )
-    found = assign(table.place, table.header, table.units, vehicle.dof, given, every=False)
-    axes = [axis for axis in vehicle.dof if axis in found]
-    angled = {} if {*axes} - {*MOMENTS} else angles_of({a: found[a] for a in axes if a not in given})
-    axes = [axis for axis in axes if axis not in angled]
-    found = {quantity: column for quantity, column in found.items() if quantity not in angled}
-    limits = limit_columns(table.place, table.header, table.units, given=given, found=found)
-    volts = {name: column for name, column in limits.items() if name == VOLTS}
-    commands = [table.header.index(name) for name in names]
-    used = dict(zip(names, commands, strict=True))
-    used |= {name: column.place for name, column in (volts | found).items()}
-    values, lines, blank, cells = read_rows(table, used, found.get(TIME), commands, axes)
-    demands = [found[axis].place for axis in axes]
-    alone = sum(
-        is_blank(row[i] for i in commands) and not is_blank(row[i] for i in demands) for _, row in table.rows
-    )
-    also = {*commands, *(place for place in cells if cells[place])}
-    said = understood(path.name, table.header, found, volts, also) or path.name
-    said += f"{';' if ': ' in said else ':'} {names[0]} … {names[-1]} are the commands"
-    if blank:
-        said += f"; {blank} rows without commands"
-    if alone:
-        said += f", {alone} of them with demands, which are not compared: fill commands forward"
-    if angled:
-        said += f"; {', '.join(angled.values())} without a force may be attitude"
-        said += f"; {columns_option(angled)} if N m"
-    t = times(table, found.get(TIME), values, lines, given)
+    log = read_demands(path, vehicle.dof, columns, commands=[f"u{i}" for i in range(vehicle.n)])
+    assert log.u is not None
     return Outputs(
-        t,
-        np.column_stack([values[name] for name in names]),
-        values[VOLTS] * volts[VOLTS].factor if volts else None,
-        _demands(vehicle.dof, {axis: values[axis] * found[axis].factor for axis in axes}) if axes else None,
-        said=said,
-        shares=any(wrench.shares for wrench in wrenches_of(found[axis].name for axis in axes)),
-        stated=of_table(table.text, table.header, cells, [found[axis].name for axis in axes]),
-        doubt=doubt_steps(path, t, found.get(TIME), table),
+        log.t,
+        log.u,
+        log.columns.get(VOLTS),
+        log.taus if log.axes else None,
+        said=log.said,
+        shares=log.shares,
+        stated=log.stated,
+        doubt=log.doubt,
     )
-
-
-def _demands(dof: Sequence[str], values: Mapping[str, FloatArray]) -> FloatArray:
-    """Demands (N, k) by axis, NaN on axes that have none."""
-    none = np.full(len(next(iter(values.values()))), np.nan)
-    return np.column_stack([values.get(axis, none) for axis in dof])
 
 
 def _beyond(path: Path, u: FloatArray, vehicle: Vehicle) -> str:
