@@ -17,7 +17,7 @@ from alloc.vehicle import LARGEST
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.names import is_index
 from bench.inputs.columns import listed
-from bench.inputs.draft import Draft
+from bench.inputs.draft import Draft, mismatch
 
 SHORTEST = 1e-9
 """Length from which a vector has a direction."""
@@ -104,7 +104,7 @@ def numbers(path: Path, where: str, text: str | None, count: int) -> list[float]
     except ValueError:
         values = []
     if len(values) != count or not all(abs(value) <= LARGEST for value in values):
-        raise VehicleError(f"{path}: {where} is {(text or '').strip()[:40]!r}; give {count} finite numbers")
+        raise mismatch(path, where, repr((text or "").strip()[:40]), f"{count} finite numbers")
     return values
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from alloc.errors import VehicleError
@@ -59,6 +60,13 @@ class Draft:
         self.limits_assumed += assumed if all(taken) else ()
 
 
+def mismatch(source: YamlTree | Path, key: str, got: object, expected: str, remedy: str = "") -> VehicleError:
+    """The error of a key, for its reader to raise: ``file, line: key: got X, expected Y; remedy``."""
+    path, line = (source, None) if isinstance(source, Path) else (source.path, source.line(key))
+    where = f"{path}, line {line}" if line else str(path)
+    return VehicleError(f"{where}: {key}: got {got}, expected {expected}{remedy and '; '}{remedy}")
+
+
 def has_key(text: str, *names: str) -> bool:
     """True if a line of YAML begins with one of these keys."""
     return any(line.strip().startswith(tuple(f"{name}:" for name in names)) for line in text.splitlines())
@@ -80,12 +88,10 @@ def find(tree: YamlTree, *names: str) -> Any:
 def numbers(tree: YamlTree, key: str, value: Any) -> Numbers:
     """A flat list of numbers; raises VehicleError."""
     if not isinstance(value, list):
-        raise VehicleError(f"{tree.path}: {key} is {_brief(value)}; give a list of numbers")
+        raise mismatch(tree, key, _brief(value), "a list of numbers")
     for x in value:
         if not isinstance(x, (int, float)) or isinstance(x, bool):
-            raise VehicleError(
-                f"{tree.path}: {key} holds {_brief(x)}, which is no number; write it as 0.5 or -40"
-            )
+            raise mismatch(tree, key, _brief(x), "a number such as 0.5 or -40")
     return [float(x) for x in value]
 
 
@@ -110,8 +116,8 @@ def rows(tree: YamlTree, key: str, value: Any, n: int | None = None) -> list[Num
     else:
         flat = numbers(tree, key, value)
         if not n or not flat or len(flat) % n:
-            remedy = f"give {n} for each row" if n else "give 'thrusters: num:' to split it"
-            raise VehicleError(f"{tree.path}: {key} has {len(flat)} numbers; {remedy}")
+            expected = f"{n} for each row" if n else "rows, or 'thrusters: num:' to split it"
+            raise mismatch(tree, key, f"{len(flat)} numbers", expected)
         matrix = [flat[i : i + n] for i in range(0, len(flat), n)]
     if len({len(row) for row in matrix}) != 1 or not matrix[0]:
         raise VehicleError(

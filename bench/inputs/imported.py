@@ -17,7 +17,7 @@ from alloc.vehicle.frame import described
 from alloc.vehicle.geometry import DOF, contradictions, refusals
 from alloc.vehicle.keys import VehicleFile
 from alloc.vehicle.names import unmistakable
-from bench.inputs.draft import Draft
+from bench.inputs.draft import Draft, mismatch
 from bench.inputs.formats import formats, recognised, tam
 from bench.inputs.frames import of_comments
 
@@ -180,15 +180,13 @@ def _data(path: Path, draft: Draft, options: ImportOptions) -> dict[str, Any]:
         data["names"] = draft.names
     for axis in axes:
         if axis not in draft.dof:
-            raise VehicleError(
-                f"{path}: no row for {axis[:40]!r}; the file has {', '.join(draft.dof)}", "dof"
-            )
+            raise mismatch(path, "dof", repr(axis[:40]), f"some of {', '.join(draft.dof)}")
     rows = [draft.dof.index(axis) for axis in axes]
     for key, values in (("T", draft.T), ("slack_weights", draft.slack_weights)):
         if values is None or (key == "T" and options.take == "poses"):
             continue
         if len(values) != len(draft.dof):
-            raise VehicleError(f"{path}: {key} has {len(values)} entries for {len(draft.dof)} DOF", key)
+            raise mismatch(path, key, f"{len(values)} entries", f"{len(draft.dof)}, one a DOF")
         data[key] = [values[row] for row in rows]
     return {key: value for key, value in data.items() if value is not None}
 

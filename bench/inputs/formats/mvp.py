@@ -9,7 +9,7 @@ from pathlib import Path
 
 from alloc.errors import VehicleError
 from alloc.files.yaml_tree import read_yaml
-from bench.inputs.draft import Draft, ends, find, has_key, numbers
+from bench.inputs.draft import Draft, ends, find, has_key, mismatch, numbers
 
 ORDER = ("roll", "pitch", "yaw", "surge", "sway", "heave")
 MATRIX = "control_allocation_matrix"
@@ -30,13 +30,12 @@ def read(path: Path) -> Draft:
         )
     columns = find(tree, MATRIX)
     if not isinstance(columns, dict) or not columns:
-        raise VehicleError(f"{path}: {MATRIX} is no table; give each thruster's name and six numbers")
+        raise mismatch(tree, MATRIX, "no table", "each thruster's name and six numbers")
     table = {name: numbers(tree, f"{MATRIX}.{name}", column) for name, column in columns.items()}
     for name, column in table.items():
         if len(column) != len(ORDER):
-            raise VehicleError(
-                f"{path}: {MATRIX}.{name} has {len(column)} numbers; give six: {', '.join(ORDER)}"
-            )
+            where = f"{MATRIX}.{name}"
+            raise mismatch(tree, where, f"{len(column)} numbers", f"six: {', '.join(ORDER)}")
     draft = Draft(source=f"{path.name}, {MATRIX} of mvp_control", dof=ORDER, names=list(table))
     draft.T = [list(row) for row in zip(*table.values(), strict=True)]
     draft.assumptions.append(f"Each thruster's numbers are {', '.join(ORDER)}, as in mvp_control.")

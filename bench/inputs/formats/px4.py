@@ -15,7 +15,7 @@ from alloc.errors import VehicleError
 from alloc.files.textfile import read_text
 from alloc.vehicle import LARGEST
 from alloc.vehicle.geometry import DOF
-from bench.inputs.draft import Draft
+from bench.inputs.draft import Draft, mismatch
 
 _PARAMETER = re.compile(r"\b(CA_ROTOR(?:_COUNT|\d{1,2}_[A-Z]+)|CA_R_REV)[\s,=:\"]+([^\s,\"#]+)")
 _MOST = 32
@@ -35,13 +35,13 @@ def read(path: Path) -> Draft:
     rotors = sorted({int(match[1]) for name in given if (match := re.match(r"CA_ROTOR(\d+)_", name))})
     count = int(given.get("CA_ROTOR_COUNT", len(rotors)))
     if not 0 < count <= _MOST:
-        raise VehicleError(f"{path}: CA_ROTOR_COUNT is {count}; give 1 to {_MOST} rotors")
+        raise mismatch(path, "CA_ROTOR_COUNT", count, f"1 to {_MOST}")
     _check(path, given, rotors, count)
     table = np.array([[given.get(f"CA_ROTOR{i}_{key}", AXES[key]) for key in AXES] for i in range(count)])
     axes = table[:, 3:6]
     lengths = np.linalg.norm(axes, axis=1, keepdims=True)
     if (lengths == 0).any():
-        raise VehicleError(f"{path}: CA_ROTOR{int(np.argmin(lengths))}_AX, AY, AZ are all 0; give an axis")
+        raise mismatch(path, f"CA_ROTOR{int(np.argmin(lengths))}_AX, AY, AZ", "0, 0, 0", "an axis")
     axes = axes / lengths
     draft = Draft(source=f"{path.name}, PX4 parameters CA_ROTOR*", dof=DOF, frame="frd")
     draft.positions, draft.directions = table[:, :3].tolist(), axes.tolist()
@@ -71,9 +71,12 @@ def _check(path: Path, given: dict[str, float], rotors: list[int], count: int) -
                 " the count"
             )
         if i < count and values.get("CT", 0.0) < 0:
-            raise VehicleError(
-                f"{path}: CA_ROTOR{i}_CT is {values['CT']:g}, a force against its axis; turn AX, AY, AZ about"
-                " and give CT above 0"
+            raise mismatch(
+                path,
+                f"CA_ROTOR{i}_CT",
+                f"{values['CT']:g}",
+                "above 0, along its axis",
+                "turn AX, AY, AZ about",
             )
 
 
@@ -102,9 +105,8 @@ def _parameters(path: Path) -> dict[str, float]:
             try:
                 values[name] = float(text)
             except ValueError:
-                raise VehicleError(f"{path}: line {number}: {name} is {text[:40]!r}; give a number") from None
+                values[name] = np.nan
             if not abs(values[name]) <= LARGEST:
-                raise VehicleError(
-                    f"{path}: line {number}: {name} is {text[:40]!r}, not finite or too large; mend it"
-                )
+                expected = f"a number up to {LARGEST:g}"
+                raise mismatch(path, f"line {number}: {name}", repr(text[:40]), expected)
     return values

@@ -15,7 +15,7 @@ from alloc.errors import VehicleError
 from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.keys import Numbers, VehicleFile
-from bench.inputs.draft import Draft, find, has_key, numbers, rows
+from bench.inputs.draft import Draft, find, has_key, mismatch, numbers, rows
 from bench.inputs.frames import frame_comment
 
 POSITIONS = ("thruster_position", "thruster_positions")
@@ -41,7 +41,7 @@ def read(path: Path) -> Draft:
     n = _count(tree)
     positions, directions = find(tree, *POSITIONS), find(tree, *DIRECTIONS)
     if (positions is None) != (directions is None):
-        raise VehicleError(f"{path}: has only one of {POSITIONS[0]} and {DIRECTIONS[0]}; give both")
+        raise mismatch(tree, POSITIONS[0], f"it or {DIRECTIONS[0]} alone", "both")
     if positions is not None:
         draft.positions = _vectors(tree, POSITIONS[0], positions)
         draft.directions = _vectors(tree, DIRECTIONS[0], directions)
@@ -124,11 +124,11 @@ def _vectors(tree: YamlTree, key: str, value: Any) -> list[Numbers]:
     if isinstance(value, list) and value and all(isinstance(row, list) for row in value):
         matrix = rows(tree, key, value)
         if len(matrix[0]) != 3:
-            raise VehicleError(f"{tree.path}: a row of {key} has {len(matrix[0])} numbers; give x, y, z")
+            raise mismatch(tree, key, f"rows of {len(matrix[0])} numbers", "x, y, z")
         return matrix
     flat = numbers(tree, key, value)
     if not flat or len(flat) % 3:
-        raise VehicleError(f"{tree.path}: {key} has {len(flat)} numbers; give all x, all y, all z")
+        raise mismatch(tree, key, f"{len(flat)} numbers", "all x, all y, all z")
     vectors: list[Numbers] = np.reshape(flat, (3, -1)).T.tolist()
     return vectors
 

@@ -31,7 +31,7 @@ from bench.inputs.description import (
     posed,
     read_xml,
 )
-from bench.inputs.draft import Draft
+from bench.inputs.draft import Draft, mismatch
 
 PATTERN = True
 """``read`` takes a pattern of thrusters' names."""
@@ -222,7 +222,7 @@ class Frames:
             self.weightless.append(name)
         mass = 1.0 if text is None else numbers(self.path, f"mass of {name}", text, 1)[0]
         if mass < 0:
-            raise VehicleError(f"{self.path}: link {name[:40]!r} has mass {mass:g}; give kg")
+            raise mismatch(self.path, f"mass of {name[:40]}", f"{mass:g}", "kg")
         return Mass(mass, (self.of(name) @ self._pose(name, link.find("inertial/pose")))[:3, 3])
 
     def _reference(self, name: str, scope: str, thing: Element) -> FloatArray:
@@ -254,14 +254,12 @@ class Frames:
         degrees = given.get("degrees", "").strip().lower() in ("true", "1")
         form = given.get("rotation_format", "") or "euler_rpy"
         if form not in ("euler_rpy", "quat_xyzw") or (degrees and form == "quat_xyzw"):
-            raise VehicleError(
-                f"{self.path}: pose of {name} is in {form[:20]!r}{' and degrees' * degrees};"
-                " give 'euler_rpy', or 'quat_xyzw' without degrees"
-            )
+            got = f"{form[:20]!r}{' and degrees' * degrees}"
+            raise mismatch(self.path, f"pose of {name}", got, "euler_rpy, or quat_xyzw without degrees")
         if form == "quat_xyzw":
             values = numbers(self.path, f"pose of {name}", given.text, 7)
             if not np.linalg.norm(values[3:]) > SHORTEST:
-                raise VehicleError(f"{self.path}: the quaternion of {name[:40]!r} is 0; mend it")
+                raise mismatch(self.path, f"quaternion of {name[:40]}", "0, 0, 0, 0", "length 1")
             return posed(values[:3], Rotation.from_quat(values[3:]).as_matrix())
         values = numbers(self.path, f"pose of {name}", given.text, 6)
         turn = np.radians(values[3:]) if degrees else values[3:]

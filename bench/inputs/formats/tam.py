@@ -14,7 +14,7 @@ from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle.frame import described
 from alloc.vehicle.geometry import DOF
 from bench.inputs.columns import listed
-from bench.inputs.draft import Draft, ends, find, has_key, numbers, rows
+from bench.inputs.draft import Draft, ends, find, has_key, mismatch, numbers, rows
 
 ROWS = {
     "surge": ("x", "surge"),
@@ -50,7 +50,7 @@ def read(path: Path) -> Draft:
         return _by_name(tree, tam)
     T = rows(tree, "tam", tam)
     if len(T) != len(DOF):
-        raise VehicleError(f"{path}: tam has {len(T)} rows{_transposed(T)}; give six, surge to yaw")
+        raise mismatch(tree, "tam", *_miscounted(T))
     draft = Draft(source=f"{path.name}, thruster allocation matrix of uuv_simulator", dof=DOF, T=T)
     draft.frame = "flu"
     draft.frame_assumed = "The frame is base_link, flu: x ahead, y to port, z up."
@@ -69,11 +69,9 @@ def _by_name(tree: YamlTree, tam: dict[str, Any]) -> Draft:
             f" URDF; thrustbench import model.urdf --limits {tree.path.name}"
         )
     if unknown := [key for key in tam if key not in known]:
-        if turned := _transposed(list(tam.values())):
-            raise VehicleError(f"{tree.path}: tam has {len(tam)} rows{turned}; give one by each axis's name")
-        raise VehicleError(
-            f"{tree.path}: tam has a row {unknown[0][:40]!r}; the rows are x, y, z, rx, ry, rz"
-        )
+        if _is_transposed(list(tam.values())):
+            raise mismatch(tree, "tam", *_miscounted(list(tam.values())))
+        raise mismatch(tree, "tam", f"a row {unknown[0][:40]!r}", "rows x, y, z, rx, ry, rz")
     given = {known[key]: numbers(tree, f"tam.{key}", row) for key, row in tam.items()}
     if len(given) < len(tam) or not given or len({len(row) for row in given.values()}) != 1:
         raise VehicleError(
@@ -99,12 +97,16 @@ def _by_name(tree: YamlTree, tam: dict[str, Any]) -> Draft:
     return draft
 
 
-def _transposed(T: Sequence[Any]) -> str:
-    """A clause that says it of rows that have six numbers each, as columns have; else empty."""
-    turned = all(isinstance(row, list) and len(row) == len(DOF) for row in T)
-    return (
-        f" of six, one a thruster: it is transposed, {len(T)} columns of six are expected" if turned else ""
-    )
+def _is_transposed(T: Sequence[Any]) -> bool:
+    """True for rows that have six numbers each, as columns have."""
+    return all(isinstance(row, list) and len(row) == len(DOF) for row in T)
+
+
+def _miscounted(T: Sequence[Any]) -> tuple[str, str, str]:
+    """The rows that a matrix has, those expected, and the remedy."""
+    if _is_transposed(T):
+        return f"{len(T)} rows of six, one a thruster", "six rows, surge to yaw", "it is transposed"
+    return f"{len(T)} rows", "six, surge to yaw", ""
 
 
 class ManagerOptions(NamedTuple):

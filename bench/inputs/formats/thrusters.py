@@ -20,7 +20,7 @@ from alloc.vehicle.geometry import DOF
 from alloc.vehicle.keys import Numbers
 from bench.inputs.columns import listed
 from bench.inputs.description import SHORTEST, exact_angle
-from bench.inputs.draft import Draft, numbers
+from bench.inputs.draft import Draft, mismatch, numbers
 
 UNITS = {"": 1.0, "_m": 1.0, "_cm": 1e-2, "_mm": 1e-3}
 POSITIONS = {f"{name}{unit}": size for name in ("position", "pos", "xyz") for unit, size in UNITS.items()}
@@ -60,21 +60,15 @@ def read(path: Path) -> Draft:
     (key,), (way,) = keys, ways
     for where, (_, entry) in entries.items():
         if turned := [flag for flag in TURNED if entry.get(flag)]:
-            raise _refused(
-                tree,
-                where,
-                f"{turned[0]} is set, which may turn its axis or its driver's command; give the direction in"
-                f" which positive thrust pushes, and leave {turned[0]} out",
-            )
+            remedy = f"give the direction in which positive thrust pushes, and leave {turned[0]} out"
+            raise mismatch(tree, where, f"{turned[0]}, of its axis or its driver's command", "none", remedy)
     draft = Draft(source=f"{path.name}, positions and directions of {place}", dof=DOF)
     draft.positions = [
         [POSITIONS[key] * x for x in _vector(tree, f"{where}.{key}", entry[key], "xyz")]
         for where, (_, entry) in entries.items()
     ]
     if (farthest := np.abs(draft.positions).max()) > FARTHEST:
-        raise VehicleError(
-            f"{path}: {key} is up to {farthest:g}, expected m; if that is mm, call it {key}_mm"
-        )
+        raise mismatch(path, key, f"up to {farthest:g}", "m", f"if that is mm, call it {key}_mm")
     given = {f"{where}.{way}": entry[way] for where, (_, entry) in entries.items()}
     draft.directions, meaning = _directions(tree, way, given)
     names = [name for name, _ in entries.values()]
@@ -88,7 +82,7 @@ def read(path: Path) -> Draft:
     if all(bound is not None for bound in bounds):
         ends = [numbers(tree, "thrust_bounds", bound) for bound in bounds]
         if any(len(pair) != 2 for pair in ends):
-            raise VehicleError(f"{path}: thrust_bounds is no pair; give the least and the largest thrust [N]")
+            raise mismatch(path, "thrust_bounds", "no pair", "the least and the largest thrust [N]")
         low, high = zip(*ends, strict=True)
         draft.set_limits(low, high, "Limits are thrust_bounds, in N.")
     others = sorted(
@@ -120,12 +114,11 @@ def _thrusters(tree: YamlTree) -> tuple[str, dict[str, tuple[str, dict[str, Any]
     named = [place for place in groups if any(w in place.lower() for w in ("thruster", "motor", "propeller"))]
     chosen = named or list(groups)
     if len(chosen) != 1:
-        found = (
-            f"{listed(chosen)} have positions and directions; keep the thrusters'"
-            if chosen
-            else ("no list of thrusters; give each a position and a direction")
+        if not chosen:
+            raise VehicleError(f"{tree.path}: no list of thrusters; give each a position and a direction")
+        raise VehicleError(
+            f"{tree.path}: {listed(chosen)} have positions and directions; keep the thrusters'"
         )
-        raise VehicleError(f"{tree.path}: {found}")
     return chosen[0], groups[chosen[0]]
 
 
@@ -133,28 +126,20 @@ def _only(tree: YamlTree, where: str, entry: Mapping[str, Any], keys: Collection
     """The one of some keys that an entry has; raises VehicleError for none, or two."""
     found = [key for key in keys if key in entry]
     if len(found) != 1:
-        raise _refused(
-            tree,
-            where,
-            f"has {listed(found) if found else f'no {what}'}; give one of {listed(list(keys), 4)}",
-        )
+        got = listed(found) if found else f"no {what}"
+        raise mismatch(tree, where, got, f"one of {listed(list(keys), 4)}")
     return found[0]
-
-
-def _refused(tree: YamlTree, where: str, why: str) -> VehicleError:
-    line = tree.line(where)
-    return VehicleError(f"{tree.path}{f', line {line}' if line else ''}: {where}: {why}")
 
 
 def _vector(tree: YamlTree, where: str, value: Any, letters: str) -> Numbers:
     """As many numbers as letters, given as a list or by these as keys; raises VehicleError."""
     if isinstance(value, dict):
         if set(value) != set(letters):
-            raise _refused(tree, where, f"has {listed(list(value)) or 'no keys'}; give {', '.join(letters)}")
+            raise mismatch(tree, where, listed(list(value)) or "no keys", ", ".join(letters))
         value = [value[letter] for letter in letters]
     vector = numbers(tree, where, value)
     if len(vector) != len(letters):
-        raise _refused(tree, where, f"has {len(vector)} numbers; give {', '.join(letters)}")
+        raise mismatch(tree, where, f"{len(vector)} numbers", ", ".join(letters))
     return vector
 
 
@@ -177,12 +162,8 @@ def _directions(tree: YamlTree, way: str, given: Mapping[str, Any]) -> tuple[lis
         order = QUATERNIONS.get(way, "")
         for where, value in given.items():
             if not order and not isinstance(value, dict):
-                raise _refused(
-                    tree,
-                    where,
-                    "does not say the order of its numbers; give x, y, z, w as keys, or call it"
-                    " quaternion_xyzw or quaternion_wxyz",
-                )
+                remedy = "give x, y, z, w as keys, or call it quaternion_xyzw or quaternion_wxyz"
+                raise mismatch(tree, where, "numbers in no stated order", "keys", remedy)
         quaternions = [
             dict(zip(order or "xyzw", _vector(tree, where, value, order or "xyzw"), strict=True))
             for where, value in given.items()
@@ -190,21 +171,18 @@ def _directions(tree: YamlTree, way: str, given: Mapping[str, Any]) -> tuple[lis
         rows = [[q[letter] for letter in "xyzw"] for q in quaternions]
         for where, row in zip(given, rows, strict=True):
             if abs(hypot(*row) - 1) > 1e-2:
-                raise _refused(tree, where, f"is {hypot(*row):g} long, expected 1; mend it")
+                raise mismatch(tree, where, f"length {hypot(*row):g}", "1")
         return _x_axes(Rotation.from_quat(rows)), (
             f"{way} is a quaternion; thrust is along x of the rotated frame."
         )
     if way == "orientation":
         where = next(iter(given))
-        raise _refused(
-            tree,
-            where,
-            "may be angles or a direction; call it rpy_deg, rpy_rad, direction or quaternion_xyzw",
-        )
+        remedy = "call it rpy_deg, rpy_rad, direction or quaternion_xyzw"
+        raise mismatch(tree, where, "angles or a direction", "one of them by its key", remedy)
     vectors = [_vector(tree, where, value, "xyz") for where, value in given.items()]
     for where, vector in zip(given, vectors, strict=True):
         if not hypot(*vector) > SHORTEST:
-            raise _refused(tree, where, "has no direction; give x, y, z")
+            raise mismatch(tree, where, "0, 0, 0", "a direction x, y, z")
     return [[x / hypot(*vector) for x in vector] for vector in vectors], (
         f"{way} is where positive thrust pushes the vehicle."
     )

@@ -18,7 +18,7 @@ from alloc.allocation import FloatArray
 from alloc.errors import NotInstalled, VehicleError
 from alloc.vehicle import LARGEST
 from bench.inputs.description import Mass, Mount, along, drafted, motors, pose, read_xml
-from bench.inputs.draft import Draft
+from bench.inputs.draft import Draft, mismatch
 
 BASE = "base_link"
 PATTERN = True
@@ -127,7 +127,7 @@ def _mounts(path: Path, robot: Any, poses: dict[str, FloatArray], to_base: Float
 def _mass(path: Path, link: Any, here: FloatArray) -> Mass:
     mass = float(link.inertial.mass or 0.0)
     if not 0 <= mass <= LARGEST:
-        raise VehicleError(f"{path}: link {link.name!r} has mass {mass:g}; give kg")
+        raise mismatch(path, f"mass of {link.name}", f"{mass:g}", "kg")
     return Mass(mass, (here @ _origin(path, link.name, link.inertial.origin))[:3, 3])
 
 
@@ -136,5 +136,5 @@ def _origin(path: Path, name: str, origin: Any) -> FloatArray:
         return np.eye(4)
     xyz, rpy = origin.xyz or [0, 0, 0], origin.rpy or [0, 0, 0]
     if not (np.abs([*xyz, *rpy]) <= LARGEST).all():
-        raise VehicleError(f"{path}: the origin of {name!r} is not finite, or beyond {LARGEST:g}; mend it")
+        raise mismatch(path, f"origin of {name}", "numbers that are not", f"finite ones up to {LARGEST:g}")
     return pose(xyz, rpy)

@@ -333,10 +333,14 @@ OUTSIDE = '<!DOCTYPE r [<!ENTITY x SYSTEM "file:///etc/passwd">]><robot name="r"
             sdf().replace('name="rack"><pose', 'name="rack"><pose relative_to="rack"'),
             "refers to itself",
         ),
-        ("r.sdf", sdf(limits="<max_thrust_cmd>much</max_thrust_cmd>"), "max_thrust_cmd is 'much'"),
+        (
+            "r.sdf",
+            sdf(limits="<max_thrust_cmd>much</max_thrust_cmd>"),
+            "max_thrust_cmd: got 'much', expected 1 finite numbers",
+        ),
         ("r.sdf", sdf().replace("<xyz>1 0 0</xyz>", "<xyz>0 0 0</xyz>"), "has no direction; give x y z"),
-        ("r.sdf", sdf().replace("1.57 0 0</pose>", "1.57</pose>"), "pose of base_link is"),
-        ("r.sdf", sdf().replace("<mass>8", "<mass>nan"), "mass of base_link is 'nan'"),
+        ("r.sdf", sdf().replace("1.57 0 0</pose>", "1.57</pose>"), "pose of base_link: got"),
+        ("r.sdf", sdf().replace("<mass>8", "<mass>nan"), "mass of base_link: got 'nan'"),
     ],
 )
 def test_what_is_no_description_is_refused_in_one_line_that_names_file_and_place(

@@ -77,10 +77,10 @@ def test_a_params_file_gives_axes_coefficients_and_reversible_rotors(tmp_path: P
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        (HEXA.replace("COUNT 6", "COUNT 99"), "CA_ROTOR_COUNT is 99"),
-        (HEXA.replace("0.43", "far"), "CA_ROTOR2_PX is 'far'; give a number"),
-        (HEXA.replace("0.43", "1e400"), "line 7: CA_ROTOR2_PX is '1e400', not finite or too large; mend it"),
-        (HEXA + "param set CA_ROTOR0_AZ 0\n", "CA_ROTOR0_AX, AY, AZ are all 0"),
+        (HEXA.replace("COUNT 6", "COUNT 99"), "CA_ROTOR_COUNT: got 99, expected 1 to 32"),
+        (HEXA.replace("0.43", "far"), "CA_ROTOR2_PX: got 'far', expected a number"),
+        (HEXA.replace("0.43", "1e400"), "line 7: CA_ROTOR2_PX: got '1e400', expected a number up to 1e+"),
+        (HEXA + "param set CA_ROTOR0_AZ 0\n", "CA_ROTOR0_AX, AY, AZ: got 0, 0, 0, expected an axis"),
         (
             HEXA.replace("ROTOR1_", "ROTOR6_"),
             "nothing is set of CA_ROTOR1, one of 6 rotors; count them from 0",
@@ -89,7 +89,7 @@ def test_a_params_file_gives_axes_coefficients_and_reversible_rotors(tmp_path: P
         (HEXA.replace("COUNT 6", "COUNT 5"), "CA_ROTOR5_PX is set, but CA_ROTOR_COUNT is 5; delete it"),
         (
             HEXA + "CA_ROTOR2_CT -40\n",
-            "CA_ROTOR2_CT is -40, a force against its axis; turn AX, AY, AZ about",
+            "CA_ROTOR2_CT: got -40, expected above 0, along its axis; turn AX, AY, AZ about",
         ),
     ],
 )

@@ -81,17 +81,17 @@ def test_millimetres_bounds_and_a_frame_are_taken_as_the_file_says_them(tmp_path
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        (listing("quaternion", QUATERNIONS), "does not say the order of its numbers; give x, y, z, w as keys"),
-        (listing("orientation", QUATERNIONS), "may be angles or a direction; call it rpy_deg"),
-        (listing("orientation", RPY.tolist()), "may be angles or a direction; call it rpy_deg"),
+        (listing("quaternion", QUATERNIONS), "got numbers in no stated order, expected keys; give x, y, z, w as keys"),
+        (listing("orientation", QUATERNIONS), "got angles or a direction, expected one of them by its key; call it rpy_deg"),
+        (listing("orientation", RPY.tolist()), "got angles or a direction, expected one of them by its key; call it rpy_deg"),
         (listing("rpy", (RPY / 45).tolist()), "rpy may be in degrees or radians; call it rpy_deg or rpy_rad"),
-        (listing("rpy", RPY.tolist(), extra=", flipped: true"), "line 2: thrusters[0]: flipped is set"),
-        (listing("rpy", RPY.tolist(), extra=", axis: [1, 0, 0]"), "thrusters[0]: has axis, rpy; give one of"),
-        (listing("rpy", RPY.tolist()).replace("name: t3, pos", "name: t3, at"), "line 5: thrusters[3]: has no position"),
-        (listing("rpy", RPY.tolist()).replace("0.2,", "200,"), "pos is up to 200, expected m"),
-        (listing("direction", (0 * DIRECTIONS).tolist()), "has no direction; give x, y, z"),
-        (listing("rpy", RPY.tolist()).replace("0, 45]", "45]"), "thrusters[1].rpy: has 2 numbers; give r, p, y"),
-        (listing("quat_xyzw", (2 * np.array(QUATERNIONS)).tolist()), "is 2 long, expected 1"),
+        (listing("rpy", RPY.tolist(), extra=", flipped: true"), "line 2: thrusters[0]: got flipped, of its axis or its driver's command, expected none"),
+        (listing("rpy", RPY.tolist(), extra=", axis: [1, 0, 0]"), "thrusters[0]: got axis, rpy, expected one of"),
+        (listing("rpy", RPY.tolist()).replace("name: t3, pos", "name: t3, at"), "line 5: thrusters[3]: got no position, expected one of"),
+        (listing("rpy", RPY.tolist()).replace("0.2,", "200,"), "pos: got up to 200, expected m; if that is mm"),
+        (listing("direction", (0 * DIRECTIONS).tolist()), "got 0, 0, 0, expected a direction x, y, z"),
+        (listing("rpy", RPY.tolist()).replace("0, 45]", "45]"), "thrusters[1].rpy: got 2 numbers, expected r, p, y"),
+        (listing("quat_xyzw", (2 * np.array(QUATERNIONS)).tolist()), "got length 2, expected 1"),
         (listing("rpy", RPY.tolist(), head="a:\n") + listing("rpy", RPY.tolist(), head="b:\n"), "a, b have positions and directions"),
     ],
 )  # fmt: skip
@@ -133,7 +133,7 @@ def test_mvp_control_s_numbers_have_moments_first(tmp_path: Path) -> None:
     ("there", "put", "says"),
     [
         ("user", "tf", "generator_type is 'tf'"),
-        ("0.1, 1.0, 0.0, 0.0]", "0.1, 1.0, 0.0]", "control_allocation_matrix.main has 5 numbers; give six: roll, pitch, yaw, surge"),
+        ("0.1, 1.0, 0.0, 0.0]", "0.1, 1.0, 0.0]", "control_allocation_matrix.main: got 5 numbers, expected six: roll, pitch, yaw, surge"),
         ("{max: 40, min: -30}", "40", "no limits in it"),
     ],
 )  # fmt: skip
@@ -146,9 +146,9 @@ def test_a_matrix_that_mvp_control_does_not_use_is_refused(
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("tam:\n" + "- [1, 0, 0, 0, 0, 0.1]\n" * 8, "tam has 8 rows of six, one a thruster: it is transposed"),
-        ("tam: {t1: [1, 0, 0, 0, 0, 0.1], t2: [1, 0, 0, 0, 0, -0.1]}\n", "tam has 2 rows of six, one a thruster"),
-        ("tam:\n" + "- [1, 0, 0]\n" * 8, "tam has 8 rows; give six, surge to yaw"),
+        ("tam:\n" + "- [1, 0, 0, 0, 0, 0.1]\n" * 8, "tam: got 8 rows of six, one a thruster, expected six rows, surge to yaw; it is transposed"),
+        ("tam: {t1: [1, 0, 0, 0, 0, 0.1], t2: [1, 0, 0, 0, 0, -0.1]}\n", "tam: got 2 rows of six, one a thruster"),
+        ("tam:\n" + "- [1, 0, 0]\n" * 8, "tam: got 8 rows, expected six, surge to yaw"),
         ("m:\n  tam: {deadzone: 0.5, max_thrust: 40.0}\n", "tam has max_thrust, deadzone, options of thruster_manager"),
     ],
 )  # fmt: skip
@@ -194,7 +194,7 @@ def test_options_that_are_none_of_thruster_manager_s_are_refused(tmp_path: Path)
     options = ImportOptions(limits=params)
     for text, says in (
         ("tam: [[1]]\n", "has no tam with min_thrust, max_thrust, deadzone"),
-        ("tam: {min_thrust: low}\n", "tam.min_thrust holds 'low', which is no number"),
+        ("tam: {min_thrust: low}\n", "tam.min_thrust: got 'low', expected a number"),
     ):
         params.write_text(text)
         assert says in refused(lambda: imported(tmp_path, robot(("thr1", "thr2")), options, "r.urdf"), params)
