@@ -127,16 +127,16 @@ def generate(
     from alloc import c
     from alloc.methods import recipe
 
-    found = recipe(_in_c(method))
-    name = c.function_name(vehicle, found.name, scalar, limits)  # several functions may share a folder
     known: Faults = faults if isinstance(faults, str) else "one" if faults else "none"
-    files = c.generate(vehicle, found, scalar, known, limits)
-    last = c.last_metre(vehicle, found, scalar, limits) if esc else None
-    if last:
-        files |= c.to_escs(last) | {f"test/{name}_esc_test.c": c.esc_selftest(last)}
-    files |= {f"{name}.md": c.page(vehicle, found, scalar, limits, known, last)}
-    about = f"Thrust allocation for {c.in_comment(vehicle.name)} by {found.name}"
-    return c.packaged(package, name, files, about, maintainer) if package else files
+    target = c.Target(
+        vehicle=vehicle, method=recipe(_in_c(method)), scalar=scalar, limits=limits, faults=known
+    )
+    files = c.generate(target)
+    if esc:
+        files |= c.to_escs(target) | {f"test/{target.name}_esc_test.c": c.esc_selftest(target)}
+    files |= {f"{target.name}.md": c.page(target, esc=esc)}  # several functions may share a folder
+    about = f"Thrust allocation for {c.in_comment(vehicle.name)} by {target.method.name}"
+    return c.packaged(package, target.name, files, about, maintainer) if package else files
 
 
 def _in_c(method: str) -> str:

@@ -3,12 +3,13 @@
 import ctypes
 import importlib.util
 import sysconfig
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache, partial
 from importlib import resources
 from importlib.machinery import ExtensionFileLoader
 from math import nan
 from pathlib import Path
+from textwrap import indent
 from typing import Any, cast
 
 import numpy as np
@@ -22,15 +23,35 @@ from alloc.allocation import (
     checked,
     checked_many,
 )
-from alloc.c.call import function_name
 from alloc.c.compiled import NATIVE, processor, shared_library, unloadable
 from alloc.c.generate import sources
-from alloc.c.recipe import Recipe
-from alloc.c.side_by_side import COUNT, FLAGS, side_by_side
+from alloc.c.statements import ALONE, Statements
+from alloc.c.target import Recipe, Target
+from alloc.c.text import helpers
 from alloc.errors import NotInstalled
-from alloc.program import Where
+from alloc.program import Branch, Exit, Fence, Node, Where, Write
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import at_call, limits_of
+
+FORMS: tuple[Where, ...] = ("fixed", "call")
+COUNT = 64
+"""Demands that a call answers."""
+TOGETHER = 8
+"""Demands that are read, answered and written before the next ones: two registers of numbers or more."""
+AGAIN = -1
+"""Status of a demand that the kernel for one demand must answer: what it sums up is not finite."""
+FETCH = f"""
+/* Asks for what the next call reads or writes at this place, while this one calculates: it comes from far. */
+#ifdef __GNUC__
+#define fetch(x, size, b, step) \\
+    for (long at = 0; at < {TOGETHER} * size; at += 8) \\
+        __builtin_prefetch(x + ({COUNT} + b) * (step) + at)
+#else
+#define fetch(x, size, b, step) ((void)0)
+#endif
+"""
+ABREAST_FLAGS = ("-std=c99", "-ffp-contract=off", "-O3", *NATIVE)
+"""For this processor alone; with the same rounding as the kernel for one demand has."""
 
 
 def bound(kernel: Recipe, vehicle: Vehicle) -> Allocator:
@@ -40,17 +61,18 @@ def bound(kernel: Recipe, vehicle: Vehicle) -> Allocator:
     that takes them; one library has both.
     """
     twin = kernel.build(vehicle)  # states the promises, and refuses what the C would not cover
-    both = [sources(vehicle, kernel, faults="none", limits=limits) for limits in ("fixed", "call")]
+    forms = {limits: Target(vehicle=vehicle, method=kernel, faults="none", limits=limits) for limits in FORMS}
+    fixed, call = forms.values()
     return native(
-        shared_library(kernel.name, both[0] | both[1]),
-        (function_name(vehicle, kernel.name), function_name(vehicle, kernel.name, limits="call")),
+        shared_library(kernel.name, sources(fixed) | sources(call)),
+        (fixed.name, call.name),
         vehicle,
         formulation=twin.formulation,
         limited=twin.limited,
         tolerance=twin.tolerance,
         worst_case_steps=twin.worst_case_steps if isinstance(twin, BoundedSteps) else None,
-        levels=kernel.levels(vehicle),
-        together=_Together(vehicle, kernel),
+        levels=fixed.levels,
+        together=_Together(forms),
     )
 
 
@@ -120,23 +142,23 @@ def _apart(limits: Where) -> int:
 class _Together:
     """The libraries that answer demands side by side, each made at its first use."""
 
-    def __init__(self, vehicle: Vehicle, kernel: Recipe) -> None:
-        """Bind a kernel for a vehicle."""
-        self._vehicle, self._kernel = vehicle, kernel
+    def __init__(self, forms: Mapping[Where, Target]) -> None:
+        """Bind a kernel for a vehicle, in both forms of limits."""
+        self._forms = forms
         self._libraries: list[ctypes.CDLL] = []  # which must live as long as their functions
 
     def __call__(self, limits: Where) -> int:
         """The address of the function; 0 where there is none for this kernel or compiler."""
-        made = side_by_side(self._vehicle, self._kernel, limits) if processor() else {}
+        target = self._forms[limits]
+        made = side_by_side(target) if processor() else {}
         if not made:
             return 0
         try:
-            library = _loaded(shared_library(f"{self._kernel.name}_abreast", made, FLAGS))
+            library = _loaded(shared_library(f"{target.method.name}_abreast", made, ABREAST_FLAGS))
         except NotInstalled:  # one demand after the other has the same answers
             return 0
         self._libraries.append(library)
-        name = function_name(self._vehicle, self._kernel.name, limits=limits)
-        return ctypes.cast(library[f"{name}_abreast"], ctypes.c_void_p).value or 0
+        return ctypes.cast(library[f"{target.name}_abreast"], ctypes.c_void_p).value or 0
 
 
 @cache
@@ -157,3 +179,118 @@ def _binding() -> Any:
     except ImportError as error:
         raise unloadable(path, error) from None
     return module
+
+
+def side_by_side(target: Target) -> dict[str, str]:
+    """The C file of ``void <name>_abreast(…)``, as {file name: text}; none where a kernel is not straight.
+
+    ``<name>_abreast(tau, f_min, f_max, step, f, status)`` answers COUNT demands that lie one behind the other
+    as the kernel does; from one demand's limits to the next's are ``step`` numbers. Refused ones get AGAIN.
+    """
+    vehicle, limits = target.vehicle, target.limits
+    program = target.method.program(vehicle, limits)
+    if not program.straight:
+        return {}
+    k, n = vehicle.k, vehicle.n
+    name = f"{target.name}_abreast"
+    written = _Each(program, f"{name}_")
+    given = [("tau", k, str(k))]
+    if limits == "call":
+        given += [("f_min", n, "step"), ("f_max", n, "step")]
+    arrays = "".join(f"    double {array}_[{size}][{TOGETHER}];\n" for array, size, _ in given)
+    soon = "".join(
+        f"        fetch({array}, {size}, b, {step});\n" for array, size, step in [*given, ("f", n, str(n))]
+    )
+    moves = "".join(
+        f"            {array}_[{j}][i] = {array}[(b + i) * {step} + {j}];\n"
+        for array, size, step in given
+        for j in range(size)
+    )
+    declaration = (
+        f"void {name}(const double *tau, const double *f_min, const double *f_max, long step,\n"
+        f"    double *f, signed char *status)"
+    )
+    out = "".join(f"f[(b + i) * {n} + {j}] = good ? f_[{j}][i] : (double)NAN;\n" for j in range(n))
+    each = f"    for (int i = 0; i < {TOGETHER}; i++) {{\n"
+    table, body = "\n".join([*written.table.define(), ""]), "\n".join(written.lines)
+    return {
+        f"{name}.c": f"""\
+/* Generated by thrustbench: {COUNT} demands side by side. */
+#include <math.h>
+{helpers([program], "double")}{FETCH}
+{declaration};
+
+{declaration}
+{{
+{indent(table, "    ")}
+{arrays}\
+    double f_[{n}][{TOGETHER}], said[{TOGETHER}];
+
+    (void)f_min;
+    (void)f_max;
+    (void)step;
+    for (int b = 0; b < {COUNT}; b += {TOGETHER}) {{
+{soon}\
+    {each}{moves}        }}
+    {each}{indent(body, " " * 12)}
+        }}
+    {each}\
+            const int good = said[i] >= 0.0 && said[i] < {Status.INFEASIBLE}.0;
+{indent(out, " " * 12)}\
+            status[b + i] = (signed char)said[i];
+        }}
+    }}
+}}
+"""
+    }
+
+
+class _Each(Statements):
+    """The statements for demand i of many: no branch, and what is refused is told by its status alone."""
+
+    def argument(self, array: str, index: int) -> str:
+        """An entry of demand i's argument."""
+        return f"{array}_[{index}][i]"
+
+    def status(self, node: Node) -> str:
+        """The expression of a status, a number as all others."""
+        match self.program.nodes[node]:
+            case ("const", float(value)):
+                return f"{value}"
+            case ("choose", int(condition), int(a), int(b)):
+                return f"(({self.expression(condition)}) ? {self.status(a)} : {self.status(b)})"
+        raise AssertionError(self.program.nodes[node])
+
+    def fence(self, step: Fence) -> None:
+        """None: the order is the compiler's."""
+
+    def write(self, step: Write) -> None:
+        """Thrusts alone are asked for."""
+        if step.array == "f":
+            value = self.expression(self.program.outputs[step.array, step.index])
+            self.lines.append(f"f_[{step.index}][i] = {value};")
+
+    def leave(self, step: Exit) -> None:
+        """Exit on a refusal, and whether it is known without a second look at all arguments."""
+        cases = "".join(
+            f"{known} ? {status}.0 : " for case, status in step.cases if (known := self._told(case))
+        )
+        self.refused += f"({self.expression(step.condition)}) ? ({cases}{AGAIN}.0) : "
+
+    def branch(self, step: Branch) -> None:
+        """Leave unlikely calls to the kernel for one demand."""
+        self.refused += f"({self.expression(step.condition)}) ? {AGAIN}.0 : "
+        for node in step.merged:
+            self._names[node] = self.expression(self.program.nodes[node][3], ALONE)
+
+    def _told(self, case: Node) -> str:
+        """The part of a condition that looks at no array; empty where there is none."""
+        match self.program.nodes[case]:
+            case ("or", int(a), int(b)):
+                return " || ".join(filter(None, (self._told(a), self._told(b))))
+            case _:
+                return "" if self.looks(case) else f"({self.expression(case)})"
+
+    def finish(self) -> None:
+        """The status, of a refused demand its reason's."""
+        self.lines.append(f"said[i] = {self.refused}{self.status(self.program.status)};")

@@ -1,32 +1,22 @@
 """C99, and C++, for one vehicle and one method: header, source, self-test."""
 
 from collections.abc import Mapping
-from functools import lru_cache
 from hashlib import sha256
 from textwrap import indent
 
-from alloc.allocation import IndexArray
-from alloc.c.call import arguments, function_name, in_comment, parameters
-from alloc.c.helpers import digits, helpers, refusals
-from alloc.c.license import IN_C
-from alloc.c.recipe import Recipe
 from alloc.c.selftest import selftest
 from alloc.c.statements import NO_SUCH_FAULT, STATUSES, Statements
-from alloc.program import OWN, Faults, Program, Scalar, Where
+from alloc.c.target import Recipe, Target
+from alloc.c.text import IN_C, digits, helpers, in_comment, refusals
+from alloc.program import OWN, Program
 from alloc.program.literal import number
 from alloc.vehicle import Vehicle
 from alloc.vehicle.frame import axis_of, described, effect
 from alloc.vehicle.geometry import unit
 
 
-def generate(
-    vehicle: Vehicle,
-    kernel: Recipe,
-    scalar: Scalar = "double",
-    faults: Faults = "one",
-    limits: Where = "fixed",
-) -> dict[str, str]:
-    """The C99 files of one method for one vehicle, as {file name: text}.
+def generate(target: Target) -> dict[str, str]:
+    """The C99 files of a target, as {file name: text}.
 
     ``<name>.h`` declares ``int <name>(const double tau[k], int fault, double f[n])``, ``<name>.c`` defines
     it and ``test/<name>_test.c`` is a program that checks it against answers computed here; <name> is
@@ -36,10 +26,8 @@ def generate(
     off; of ``faults`` "none" it is -1, and of "all" one function answers for all. Raises NotApplicable where
     the method does not cover the vehicle, or those faults.
     """
-    name = function_name(vehicle, kernel.name, scalar, limits)
-    made = sources(vehicle, kernel, scalar, faults, limits)  # refuses what C can't cover, and quickly
-    printed, known = digest(name, made), known_faults(vehicle, faults)
-    return made | {f"test/{name}_test.c": selftest(vehicle, name, kernel, scalar, known, limits, printed)}
+    made = sources(target)  # refuses what C can't cover, and quickly
+    return made | {f"test/{target.name}_test.c": selftest(target, digest(target.name, made))}
 
 
 def digest(name: str, files: Mapping[str, str]) -> str:
@@ -47,30 +35,14 @@ def digest(name: str, files: Mapping[str, str]) -> str:
     return sha256((files[f"{name}.h"] + files[f"{name}.c"]).encode()).hexdigest()
 
 
-def sources(
-    vehicle: Vehicle,
-    kernel: Recipe,
-    scalar: Scalar = "double",
-    faults: Faults = "one",
-    limits: Where = "fixed",
-) -> dict[str, str]:
+def sources(target: Target) -> dict[str, str]:
     """Header and source as in ``generate``, without the self-test."""
-    return printed(vehicle, kernel, programs(vehicle, kernel, scalar, faults, limits), scalar, limits)
+    return printed(target, target.programs)
 
 
-def printed(
-    vehicle: Vehicle,
-    kernel: Recipe,
-    made: Mapping[int, Program],
-    scalar: Scalar = "double",
-    limits: Where = "fixed",
-) -> dict[str, str]:
+def printed(target: Target, made: Mapping[int, Program]) -> dict[str, str]:
     """Header and source that do what programs say, by the thruster that is off; see ``sources``."""
-    name = function_name(vehicle, kernel.name, scalar, limits)
-    return {
-        f"{name}.h": _header(vehicle, name, kernel, scalar, limits, made),
-        f"{name}.c": _source(vehicle, name, scalar, limits, made),
-    }
+    return {f"{target.name}.h": _header(target, made), f"{target.name}.c": _source(target, made)}
 
 
 def returned(kernel: Recipe, made: Mapping[int, Program]) -> dict[int, str]:
@@ -79,46 +51,8 @@ def returned(kernel: Recipe, made: Mapping[int, Program]) -> dict[int, str]:
     return {status: meaning for status, meaning in kernel.meanings.items() if status in known}
 
 
-def programs(
-    vehicle: Vehicle,
-    kernel: Recipe,
-    scalar: Scalar = "double",
-    faults: Faults = "one",
-    limits: Where = "fixed",
-) -> Mapping[int, Program]:
-    """Programs of the whole vehicle, -1, and with each one thruster off.
-
-    Of ``faults`` "all" one program is that of many; each has its own after which a direction is lost.
-    """
-    return _programs(vehicle, kernel, scalar, faults, limits)
-
-
-@lru_cache(maxsize=2)  # header, source and page ask one after the other
-def _programs(
-    vehicle: Vehicle, kernel: Recipe, scalar: Scalar, faults: Faults, limits: Where
-) -> Mapping[int, Program]:
-    variants = {-1: vehicle} | {i: vehicle.with_fault(i) for i in known_faults(vehicle, faults).tolist()}
-    one = kernel.program_for_all(vehicle, limits, scalar) if faults == "all" else None
-    together = one.faults if one and len(one.faults) > 1 else ()
-    return {
-        fault: one if one and fault in together else kernel.program(variant, limits, scalar)
-        for fault, variant in variants.items()
-    }
-
-
-def known_faults(vehicle: Vehicle, faults: Faults) -> IndexArray:
-    """The thrusters whose failure the C answers for; none where nothing would be left."""
-    return vehicle.working if faults != "none" and len(vehicle.working) > 1 else vehicle.working[:0]
-
-
-def _header(
-    vehicle: Vehicle,
-    name: str,
-    kernel: Recipe,
-    scalar: Scalar,
-    limits: Where,
-    made: Mapping[int, Program],
-) -> str:
+def _header(target: Target, made: Mapping[int, Program]) -> str:
+    vehicle, name, limits = target.vehicle, target.name, target.limits
     guard, levels = f"{name.upper()}_H", made[-1].size("share")
     known = "-1, or the index of the one thruster that is off" if len(made) > 1 else "-1"
     ends = (
@@ -133,10 +67,12 @@ def _header(
         f" {effect(axis, vehicle.frame)}"
         for i, axis in enumerate(vehicle.dof)
     )
-    returns = "\n".join(f" *   {status:2d}  {meaning}" for status, meaning in returned(kernel, made).items())
+    returns = "\n".join(
+        f" *   {status:2d}  {meaning}" for status, meaning in returned(target.method, made).items()
+    )
     return f"""\
 {IN_C}
-/* Thrust allocation for {in_comment(vehicle.name)} by {kernel.name}. {_by(made)}; do not edit.
+/* Thrust allocation for {in_comment(vehicle.name)} by {target.method.name}. {_by(made)}; do not edit.
  *
  * tau    wanted wrench, in the frame {described(vehicle.frame)}
 {signs}{ends}
@@ -152,7 +88,7 @@ def _header(
 #ifndef {guard}
 #define {guard}
 
-{digits(scalar)}
+{digits(target.scalar)}
 
 {_STATUSES}
 
@@ -160,7 +96,7 @@ def _header(
 extern "C" {{
 #endif
 
-int {name}({parameters(vehicle, scalar, limits, levels)});
+int {name}({target.parameters()});
 
 #ifdef __cplusplus
 }}
@@ -194,24 +130,18 @@ enum {{ {", ".join(f"{word} = {value}" for value, word in STATUSES.items())} }};
 """What all functions return, once in a translation unit."""
 
 
-def _source(
-    vehicle: Vehicle,
-    name: str,
-    scalar: Scalar,
-    limits: Where,
-    made: Mapping[int, Program],
-) -> str:
-    levels = made[-1].size("share")
-    parts, cases = _functions(vehicle, f"{name}_", scalar, limits, made)
+def _source(target: Target, made: Mapping[int, Program]) -> str:
+    name, scalar, whose = target.name, target.scalar, in_comment(target.vehicle.name)
+    parts, cases = _functions(target, made)
     return f"""\
 {IN_C}
-/* Generated by thrustbench for {in_comment(vehicle.name)}; do not edit. {name}.h says how to call it. */
+/* Generated by thrustbench for {whose}; do not edit. {name}.h says how to call it. */
 #include "{name}.h"
 
 {refusals(scalar)}
 {helpers(made.values(), scalar)}
 {chr(10).join(parts)}
-int {name}({parameters(vehicle, scalar, limits, levels)})
+int {name}({target.parameters()})
 {{
     switch (fault) {{
 {chr(10).join(cases)}
@@ -227,75 +157,70 @@ def _named(vehicle: Vehicle) -> str:
     return "".join(f"\n *        f[{i}] {in_comment(name)}" for i, name in enumerate(vehicle.names) if name)
 
 
-def _functions(
-    vehicle: Vehicle, own: str, scalar: Scalar, limits: Where, made: Mapping[int, Program]
-) -> tuple[list[str], list[str]]:
-    """Definitions, whose names begin with ``own``, and the cases of a switch over faults that calls them.
+def _functions(target: Target, made: Mapping[int, Program]) -> tuple[list[str], list[str]]:
+    """Definitions, and the cases of a switch over faults that calls them.
 
     ``made`` has the program of each fault, several of which may share one.
     """
-    levels = made[-1].size("share")
+    own = f"{target.name}_"
     # Loops are told which thrusters work, and have the numbers of the whole vehicle.
     parts, cases = [loop.text.replace(OWN, own) for loop in made[-1].loops.values()], list[str]()
-    tables: dict[Program, int] = {}
+    columns: dict[Program, int] = {}  # of a table with a row for each fault
     for fault, program in made.items():
-        if program not in tables:
-            one = _one(own, fault, program)
-            written, tables[program] = Statements(program, own), 0
+        if program not in columns:
+            one = own + _one(fault, program)
+            written, columns[program] = Statements(program, own), 0
             if rows := written.table.rows:
-                tables[program] = len(rows[0])
+                columns[program] = len(rows[0])
                 lines = ",\n".join(f"    {{{', '.join(row)}}}" for row in rows)
-                parts.append(
-                    f"static const {scalar} {own}of[{len(rows)}][{len(rows[0])}] = {{\n{lines}\n}};\n"
-                )
-            row = f"const {scalar} of[{tables[program]}]" if rows else ""
-            given = parameters(vehicle, scalar, limits, levels, row)
-            parts.append(f"static int {one}({given})\n{{\n{_body(program, written, limits)}}}\n")
-            if _limited(program, limits):
-                parts.append(_without(vehicle, own, one, scalar, levels, row))
-        cases.append(
-            f"    case {fault}:\n        return {_call(own, fault, program, limits, levels, tables)};"
-        )
+                sizes = f"[{len(rows)}][{len(rows[0])}]"
+                parts.append(f"static const {target.scalar} {own}of{sizes} = {{\n{lines}\n}};\n")
+            row = f"const {target.scalar} of[{columns[program]}]" if rows else ""
+            body = _body(target, program, written)
+            parts.append(f"static int {one}({target.parameters(row)})\n{{\n{body}}}\n")
+            if _is_cut(target, program):
+                parts.append(_without(target, one, row))
+        cases.append(f"    case {fault}:\n        return {own}{_call(target, fault, program, columns)};")
     return parts, cases
 
 
-def _one(own: str, fault: int, program: Program) -> str:
-    return f"{own}all" if program.faults else f"{own}whole" if fault < 0 else f"{own}fault{fault}"
+def _one(fault: int, program: Program) -> str:
+    return "all" if program.faults else "whole" if fault < 0 else f"fault{fault}"
 
 
-def _call(
-    own: str, fault: int, program: Program, limits: Where, levels: int, tables: Mapping[Program, int]
-) -> str:
+def _call(target: Target, fault: int, program: Program, columns: Mapping[Program, int]) -> str:
     row = ""
-    if tables[program]:
+    if columns[program]:
         at = program.faults.index(fault)
         # Faults get the same text where possible, so that a compiler makes one call of them all.
-        row = f"{own}of[{'fault + 1' if at == fault + 1 else at}]"
-    if _limited(program, limits) and fault >= 0:
-        return f"{own}without({arguments(limits, levels, ', '.join(filter(None, ('fault', row))))})"
-    return f"{_one(own, fault, program)}({arguments(limits, levels, row)})"
+        row = f"{target.name}_of[{'fault + 1' if at == fault + 1 else at}]"
+    if _is_cut(target, program) and fault >= 0:
+        return f"without({target.arguments(', '.join(filter(None, ('fault', row))))})"
+    return f"{_one(fault, program)}({target.arguments(row)})"
 
 
-def _limited(program: Program, limits: Where) -> bool:
+def _is_cut(target: Target, program: Program) -> bool:
     """True if the program is for many faults and takes limits of the call."""
-    return bool(program.faults) and limits == "call" and not _read(program).isdisjoint(("f_min", "f_max"))
+    if not program.faults or target.limits != "call":
+        return False
+    return not _arrays(program).isdisjoint(("f_min", "f_max"))
 
 
-def _read(program: Program) -> set[str]:
-    """The arguments that it looks at."""
+def _arrays(program: Program) -> set[str]:
+    """The arguments that a program looks at."""
     return {array for kind, array, *_ in program.nodes if kind in ("input", "finite")}
 
 
-def _without(vehicle: Vehicle, own: str, one: str, scalar: Scalar, levels: int, row: str) -> str:
+def _without(target: Target, one: str, row: str) -> str:
     """The function that calls the one for all with limits of zero for the thruster that is off."""
-    given = parameters(vehicle, scalar, "call", levels, ", ".join(filter(None, ("int off", row))))
-    passed = arguments("call", levels, "of" if row else "").replace("f_min", "low").replace("f_max", "high")
+    scalar, n = target.scalar, target.vehicle.n
+    passed = target.arguments("of" if row else "").replace("f_min", "low").replace("f_max", "high")
     return f"""\
-static int {own}without({given})
+static int {target.name}_without({target.parameters(", ".join(filter(None, ("int off", row))))})
 {{
-    {scalar} low[{vehicle.n}];
-    {scalar} high[{vehicle.n}];
-    for (int i = 0; i < {vehicle.n}; i++) {{
+    {scalar} low[{n}];
+    {scalar} high[{n}];
+    for (int i = 0; i < {n}; i++) {{
         low[i] = f_min[i];
         high[i] = f_max[i];
     }}
@@ -306,7 +231,7 @@ static int {own}without({given})
 """
 
 
-def _body(program: Program, written: Statements, limits: Where) -> str:
-    arrays = ("tau", "f_min", "f_max") if limits == "call" else ("tau",)
-    unread = [f"(void){array};" for array in arrays if array not in _read(program)]
+def _body(target: Target, program: Program, written: Statements) -> str:
+    arrays = ("tau", "f_min", "f_max") if target.limits == "call" else ("tau",)
+    unread = [f"(void){array};" for array in arrays if array not in _arrays(program)]
     return indent("\n".join([*written.table.define(), "", *unread, *written.lines]), "    ") + "\n"

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterable
 from itertools import chain
 
-from alloc.c.helpers import CALLED, called
+from alloc.c.text import CALLED, called
 from alloc.program import (
     Branch,
     DataLoop,

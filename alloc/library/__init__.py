@@ -5,7 +5,7 @@ from functools import cache
 from importlib import resources
 
 from alloc.c import Package, packaged
-from alloc.c.license import IN_C
+from alloc.c.text import IN_C
 from alloc.program import Scalar
 from alloc.vehicle import Vehicle
 

@@ -1,6 +1,6 @@
 """The C around the library for one vehicle: its numbers, and calls that look like those of generated C."""
 
-from alloc.c.call import arguments, function_name, parameters
+from alloc.c.target import arguments, function_name, parameters
 from alloc.library import K_MAX, N_MAX, NAME, calls, files
 from alloc.program import Scalar, Where
 from alloc.program.literal import number

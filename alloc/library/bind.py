@@ -7,7 +7,7 @@ from pathlib import Path
 from alloc.allocation import Allocator
 from alloc.c.bind import native
 from alloc.c.compiled import shared_library
-from alloc.c.recipe import Recipe
+from alloc.c.target import Recipe
 from alloc.errors import NotApplicable
 from alloc.library import NAME
 from alloc.library.adapter import adapter, levels, name, sized

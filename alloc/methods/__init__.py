@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from functools import cache
 
 from alloc import solvers
-from alloc.c.recipe import Recipe, recipe_of
+from alloc.c.target import Recipe, recipe_of
 from alloc.errors import UnknownName
 from alloc.files.modules import modules
 

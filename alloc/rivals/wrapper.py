@@ -7,8 +7,8 @@ from importlib import resources
 from typing import NamedTuple
 
 from alloc import solvers
-from alloc.c.call import function_name
-from alloc.c.helpers import digits
+from alloc.c.target import function_name
+from alloc.c.text import digits
 from alloc.errors import NotApplicable, NotInstalled
 from alloc.kernels.tolerance import MET_BY_SOLVERS, TOLERANCE
 from alloc.live.allocator import PARTIAL_TOLERANCE, UNREACHABLE

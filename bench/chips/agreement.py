@@ -8,7 +8,7 @@ import numpy as np
 
 from alloc import Label, Status, build
 from alloc.allocation import BoolArray, FloatArray, IndexArray, StatusArray
-from alloc.c.cases import AGREEMENT, ROUNDING, TRIES, far_off
+from alloc.c.selftest import AGREEMENT, ROUNDING, TRIES, far_off
 from alloc.formulations import find_formulation
 from alloc.kernels.tolerance import MET, TOLERANCE
 from alloc.methods import recipe
@@ -176,7 +176,7 @@ def explained(kernel: Kernel, demands: DemandSet, F: FloatArray, lost: float = 0
 
     On the edge of what can be met it may move a weak thruster by far more than an argument moved. With sigma
     the root mean square of what random signs of the rounding do, the worst signs of p arguments do sqrt(p)
-    sigma, as ``alloc.c.cases`` has it for self-tests. The wrench at the end is rounded as well. ``lost``
+    sigma, as ``alloc.c.selftest`` has it for self-tests. The wrench at the end is rounded as well. ``lost``
     is a share that may be lost beyond rounding [-].
     """
     vehicle = demands.vehicle
@@ -204,6 +204,6 @@ def explained(kernel: Kernel, demands: DemandSet, F: FloatArray, lost: float = 0
             moved, _ = allocate.many(end + tau_signs * vehicle.wrench_scale, low, high)
             ends += far_off(moved, F) ** 2 / TRIES
     largest = np.sqrt((vehicle.k + 2 * vehicle.n) * squares) + np.sqrt(vehicle.k * ends)
-    if doubt:  # where a demand is met in part, errors in a matrix are magnified twice (``alloc.c.cases``)
+    if doubt:  # where a demand is met in part, errors in a matrix are magnified twice (``alloc.c.selftest``)
         largest += squares / (by * vehicle.f_scale)
     return Rounded(largest, np.array(statuses))

@@ -9,7 +9,7 @@ import numpy as np
 
 from alloc import NotApplicable, Vehicle
 from alloc.allocation import FloatArray, IndexArray
-from alloc.c import last_metre, sources, to_escs
+from alloc.c import Target, command_type, sources, to_escs
 from alloc.c.esc_selftest import status_of
 from alloc.methods import recipe
 from alloc.program import Faults, Scalar, Where
@@ -17,7 +17,7 @@ from alloc.vehicle.esc import Sent
 from bench.chips.count import CallCounts, count
 from bench.chips.image import link
 from bench.chips.kernel import Kernel
-from bench.chips.target import Target
+from bench.chips.target import Target as Processor
 from bench.record import Emulated
 
 METHOD = "esc"
@@ -37,8 +37,7 @@ def kernel(vehicle: Vehicle, scalar: Scalar, limits: Where, faults: Faults = "on
     """NAME_esc as a kernel whose demand is f, limits where they are arguments, and the voltage."""
     if not vehicle.esc:
         raise NotApplicable(f"{vehicle.name}: has no ESCs; add 'esc' to its file")
-    made = recipe(BEHIND)
-    last = last_metre(vehicle, made, scalar, limits)
+    target = Target(vehicle=vehicle, method=recipe(BEHIND), scalar=scalar, limits=limits, faults=faults)
     n, given = vehicle.n, width(vehicle.n, limits)
     ends = f"tau + {n}, tau + {2 * n}, " * (limits == "call")
     return Kernel(
@@ -47,10 +46,10 @@ def kernel(vehicle: Vehicle, scalar: Scalar, limits: Where, faults: Faults = "on
         scalar=scalar,
         k=given,
         n=n,
-        entry=f"{last.name}_esc",
-        declaration=f'#include "{last.name}_esc.h"\nstatic {last.command} command[{n}];',
+        entry=f"{target.name}_esc",
+        declaration=f'#include "{target.name}_esc.h"\nstatic {command_type(target)} command[{n}];',
         arguments=f"tau, {ends}tau[{given - 1}], command, f",
-        sources=sources(vehicle, made, scalar, faults, limits) | to_escs(last),
+        sources=sources(target) | to_escs(target),
     )
 
 
@@ -72,7 +71,7 @@ def calls(vehicle: Vehicle, limits: Where, n: int, seed: int) -> dict[str, Float
     return made
 
 
-def rows(row: Emulated, made: Kernel, vehicle: Vehicle, target: Target, n: int) -> Iterator[Emulated]:
+def rows(row: Emulated, made: Kernel, vehicle: Vehicle, target: Processor, n: int) -> Iterator[Emulated]:
     """A row for each set of n thrusts; raises as ``link`` of an image."""
     with tempfile.TemporaryDirectory(prefix="thrustbench-") as folder:
         image = link(made, target, Path(folder))

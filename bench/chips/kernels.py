@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from alloc import Vehicle, catalogue
-from alloc.c import arguments, function_name, sources
+from alloc.c import Target, arguments, sources
 from alloc.errors import UnknownName
 from alloc.formulations import EXACT_METHODS, Family
 from alloc.library import adapter
@@ -61,22 +61,20 @@ def check(method: str) -> None:
 
 
 def _native(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where, faults: Faults) -> Kernel:
-    kernel = own()[method]
-    name = function_name(vehicle, kernel, scalar, limits)
-    made = recipe(kernel)
-    levels = made.levels(vehicle)
+    twin = own()[method]
+    target = Target(vehicle=vehicle, method=recipe(twin), scalar=scalar, limits=limits, faults=faults)
     return Kernel(
         method=method,
-        twin=kernel,
+        twin=twin,
         scalar=scalar,
         k=vehicle.k,
         n=vehicle.n,
-        entry=name,
-        declaration=f'#include "{name}.h"',
-        arguments=arguments(limits, levels, "-1"),
-        sources=sources(vehicle, made, scalar, faults, limits),
+        entry=target.name,
+        declaration=f'#include "{target.name}.h"',
+        arguments=target.arguments("-1"),
+        sources=sources(target),
         limits=limits,
-        levels=levels,
+        levels=target.levels,
     )
 
 

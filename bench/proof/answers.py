@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from alloc import Label, NotApplicable, Status, Vehicle, build
 from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray, StatusArray
 from alloc.c import arguments, known_faults
-from alloc.c.cases import AGREEMENT
 from alloc.c.compiled import shared_library
+from alloc.c.selftest import AGREEMENT
 from alloc.errors import NotInstalled
 from alloc.formulations import Formulation, find_formulation
 from alloc.formulations.hard import FORMULATION as HARD

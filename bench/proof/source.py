@@ -17,7 +17,7 @@ from pycparser import c_ast, c_parser
 from pycparser.c_parser import ParseError
 
 from alloc import Vehicle
-from alloc.c import function_name, sources
+from alloc.c import Target, sources
 from alloc.c.compiled import compiler
 from alloc.c.statements import STATUSES
 from alloc.files.textfile import write_folder
@@ -68,9 +68,20 @@ class Subject:
     faults: Faults = "one"
 
     @property
+    def target(self) -> Target:
+        """All that the C was generated for."""
+        return Target(
+            vehicle=self.vehicle,
+            method=recipe(self.kernel),
+            scalar=self.scalar,
+            limits=self.limits,
+            faults=self.faults,
+        )
+
+    @property
     def name(self) -> str:
         """The function's name, and stem of its files' names."""
-        return function_name(self.vehicle, self.kernel, self.scalar, self.limits)
+        return self.target.name
 
     @property
     def source(self) -> str:
@@ -80,7 +91,7 @@ class Subject:
     @property
     def levels(self) -> int:
         """How many shares stand behind f."""
-        return recipe(self.kernel).levels(self.vehicle)
+        return self.target.levels
 
     @property
     def limited(self) -> bool:
@@ -90,8 +101,10 @@ class Subject:
 
 def subject(vehicle: Vehicle, kernel: str, scalar: Scalar, limits: Where, faults: Faults = "one") -> Subject:
     """The C that ``thrustbench codegen`` writes; raises UnknownName, or NotApplicable with the reason."""
-    files = sources(vehicle, recipe(kernel), scalar, faults, limits)
-    return Subject(vehicle=vehicle, kernel=kernel, scalar=scalar, limits=limits, faults=faults, files=files)
+    target = Target(vehicle=vehicle, method=recipe(kernel), scalar=scalar, limits=limits, faults=faults)
+    return Subject(
+        vehicle=vehicle, kernel=kernel, scalar=scalar, limits=limits, faults=faults, files=sources(target)
+    )
 
 
 class Unit(NamedTuple):

@@ -1,7 +1,5 @@
 """Check that C is the program that it was printed from: read back, and compared node by node."""
 
-from alloc.c import programs as made_programs
-from alloc.methods import recipe
 from alloc.program import OWN, Graph, Node, Program, at_fault, operands
 from bench.chips.toolchain import ToolError
 from bench.proof.proof import Claim, not_shown
@@ -16,7 +14,7 @@ TRANSLATED = (
 
 def translated(of: Subject) -> Claim:
     """Claim that the C of a subject does what its method's program says, for every fault."""
-    shared = made_programs(of.vehicle, recipe(of.kernel), of.scalar, of.faults, of.limits)
+    shared = of.target.programs
     made = {
         fault: at_fault(program, fault) if program.faults else program for fault, program in shared.items()
     }

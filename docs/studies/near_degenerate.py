@@ -25,10 +25,9 @@ from tabulate import tabulate
 
 from alloc import NotApplicable, Status, Vehicle, build
 from alloc.allocation import FloatArray
-from alloc.c.call import function_name
 from alloc.c.compiled import compiler
 from alloc.c.generate import sources
-from alloc.c.recipe import Recipe
+from alloc.c.target import Target
 from alloc.formulations import find_formulation
 from alloc.kernels.tolerance import MET
 from alloc.methods import recipe, recipes
@@ -90,7 +89,8 @@ def in_c(
     if not program.loops:
         answers.append(evaluate(program, taus, *given))
     if c or program.loops:
-        answers.append(compiled(vehicle, kernel, scalar, limits, taus, given, folder))
+        target = Target(vehicle=vehicle, method=kernel, scalar=scalar, limits=limits, faults="none")
+        answers.append(compiled(target, taus, given, folder))
     first, found = answers[0], answers[-1]
     thrusts = first.status < Status.INFEASIBLE
     np.testing.assert_array_equal(first.status, found.status)
@@ -98,18 +98,10 @@ def in_c(
     return errors(vehicle, kernel.formulation, taus.astype(float), found.F, found.status, found.share)
 
 
-def compiled(
-    vehicle: Vehicle,
-    kernel: Recipe,
-    scalar: Scalar,
-    limits: Where,
-    taus: NDArray[Any],
-    ends: list[NDArray[Any]],
-    folder: Path,
-) -> Evaluated:
+def compiled(target: Target, taus: NDArray[Any], ends: list[NDArray[Any]], folder: Path) -> Evaluated:
     """Answers of the C."""
-    name = function_name(vehicle, kernel.name, scalar, limits)
-    for file, text in sources(vehicle, kernel, scalar, "none", limits).items():
+    vehicle, kernel, name = target.vehicle, target.method, target.name
+    for file, text in sources(target).items():
         (folder / file).write_text(text)
     # A new file may have the inode of one that is gone, and would be taken for that.
     library = folder / f"{len(list(folder.iterdir()))}.so"

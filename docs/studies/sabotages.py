@@ -6,8 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from alloc.c import printed, programs
-from alloc.methods import recipe
+from alloc.c import printed
 from alloc.program import Exit, Node, Operation, Program, Where, Write
 from bench.proof.answers import answer_claims
 from bench.proof.safety import claims as safety
@@ -352,10 +351,9 @@ def noticed(of: Subject, folder: Path) -> list[str]:
 def sabotaged(of: Subject, sabotage: Sabotage) -> Subject:
     """The subject with its C broken; raises ValueError where there is nothing of the kind to break."""
     if sabotage.change is not None:
-        kernel = recipe(of.kernel)
-        whole = programs(of.vehicle, kernel, of.scalar, of.faults, of.limits)
+        whole = of.target.programs
         broken = {**whole, -1: sabotage.change(whole[-1])}
-        return replace(of, files=printed(of.vehicle, kernel, broken, of.scalar, of.limits))
+        return replace(of, files=printed(of.target, broken))
     source, count = re.subn(sabotage.pattern, sabotage.instead, of.source, count=1)
     if not count or source == of.source:
         raise ValueError(f"{of.name}: nothing to break as in '{sabotage.name}'")

@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 
 from alloc import Allocation, Status, Vehicle, build
-from alloc.c.cases import AGREEMENT
+from alloc.c.selftest import AGREEMENT
 from alloc.formulations import Family
 from alloc.formulations.hard import FORMULATION as HARD
 from alloc.kernels.tolerance import MET, MET_BY_SOLVERS

@@ -4,9 +4,8 @@ import re
 from pathlib import Path
 
 from alloc import NotApplicable
-from alloc.c import covering, esc_selftest, last_metre, parameters, to_escs
+from alloc.c import command_type, covering, esc_selftest, to_escs
 from alloc.errors import VehicleError
-from alloc.methods import recipe
 from bench.proof import tools
 from bench.proof.proof import Claim, not_shown
 from bench.proof.safety import eva
@@ -50,7 +49,7 @@ SENT = (
 def files(of: Subject) -> dict[str, str]:
     """The C that ``codegen --esc`` writes beside the kernel; none where it refuses to."""
     try:
-        return to_escs(last_metre(of.vehicle, recipe(of.kernel), of.scalar, of.limits))
+        return to_escs(of.target)
     except (NotApplicable, VehicleError):
         return {}
 
@@ -75,7 +74,6 @@ def claims(of: Subject, folder: Path) -> list[Claim]:
 
 def _main(of: Subject) -> str:
     """Both calls, the second behind a kernel that returns any bits and any status."""
-    last = last_metre(of.vehicle, recipe(of.kernel), of.scalar, of.limits)
     n, limits = of.vehicle.n, ["f_min", "f_max"] * (of.limits == "call")
     ends = "".join(f"{name}, " for name in limits)
     declared = "\n".join(f"    {of.scalar} {name}[{n}];" for name in ["f", *limits, "f_made"])
@@ -89,14 +87,14 @@ def _main(of: Subject) -> str:
     for (int i = 0; i < {n}; i++) {{
         /*@ assert made: \\is_finite(f_made[i]); */
     }}"""
-    levels, share = last.levels, ", share" * (last.levels > 0)
+    levels, share = of.levels, ", share" * (of.levels > 0)
     return f"""\
 #include "{of.name}_esc.c"
 
 extern volatile {of.scalar} any;
 extern volatile int found;
 
-int {of.name}({parameters(of.vehicle, of.scalar, of.limits, levels)})
+int {of.name}({of.target.parameters()})
 {{
     for (int i = 0; i < {n}; i++) {{
         f[i] = any;
@@ -108,7 +106,7 @@ int main(void)
 {{
 {declared}
     {of.scalar} tau[{of.vehicle.k}]{f", share[{levels}]" * (levels > 0)};
-    {last.command} command[{n}];
+    {command_type(of.target)} command[{n}];
     int status;
     for (int i = 0; i < {n}; i++) {{
 {filled}
@@ -127,7 +125,7 @@ def esc_tests(of: Subject, folder: Path) -> list[Claim]:
     """The claim; none where there is no such C. Runs the C."""
     if not (made := files(of)):
         return []
-    test = esc_selftest(last_metre(of.vehicle, recipe(of.kernel), of.scalar, of.limits))
+    test = esc_selftest(of.target)
     passed, said = tools.tried({**of.files, **made, "test.c": test}, folder / "sent")
     if not passed:
         return [not_shown(SENT, said)]

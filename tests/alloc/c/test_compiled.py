@@ -3,11 +3,12 @@
 import os
 import subprocess
 import sys
+from dataclasses import replace
 
 import pytest
 
 from alloc import build, load_vehicle
-from alloc.c import compiled, missing, sources
+from alloc.c import Target, compiled, missing, sources
 from alloc.errors import NotInstalled
 from alloc.methods import recipe
 
@@ -72,9 +73,8 @@ def test_a_failing_compiler_and_an_unusable_cache_folder_are_named(monkeypatch, 
 def test_a_library_that_cannot_be_loaded_is_named_with_the_remedy(tmp_path, monkeypatch) -> None:
     monkeypatch.setenv("THRUSTBENCH_CACHE", str(tmp_path))
     vehicle = load_vehicle("ukwial")
-    fixed, call = (
-        sources(vehicle, recipe("nullspace"), faults="none", limits=at) for at in ("fixed", "call")
-    )
+    target = Target(vehicle=vehicle, method=recipe("nullspace"), faults="none")
+    fixed, call = sources(target), sources(replace(target, limits="call"))
     library = compiled.shared_library("nullspace", fixed | call)
     library.write_bytes(b"")
     with pytest.raises(NotInstalled, match="THRUSTBENCH_CACHE"):

@@ -15,7 +15,7 @@ import pytest
 
 from alloc import NotApplicable, Status, Vehicle, build, load_vehicle
 from alloc import generate as files_of
-from alloc.c import cases, compiled, function_name, missing, selftest
+from alloc.c import Target, compiled, function_name, missing, selftest
 from alloc.c import sources as sources_of
 from alloc.c.statements import STATUSES
 from alloc.errors import DemandError, UnknownName
@@ -85,8 +85,10 @@ def check_itself(
 def test_a_self_test_is_red_of_thrusts_two_per_cent_off_whatever_bound_was_derived(
     kernel: str, scalar: Scalar, undecided: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def anything_goes(*args: Any) -> cases.Cases:
-        found = cases.cases(*args)
+    cases = selftest.cases
+
+    def anything_goes(*args: Any) -> selftest.Cases:
+        found = cases(*args)
         every = np.ones(len(found.taus))
         return replace(found, allowed=1e9 * every, undecided=every > 1.0 - undecided)
 
@@ -300,9 +302,9 @@ def kernel_of(
     faults: Faults = "one",
 ):
     """The compiled kernel as a Python function (arrays…, fault) -> (status, f), f filled with 7 before."""
-    made = sources_of(vehicle, recipe(kernel), scalar, faults, limits)
-    library = ctypes.CDLL(str(compile_in(folder, made, "-O2", "-fPIC", "-shared")))
-    solve = library[function_name(vehicle, kernel, scalar, limits)]
+    target = Target(vehicle=vehicle, method=recipe(kernel), scalar=scalar, limits=limits, faults=faults)
+    library = ctypes.CDLL(str(compile_in(folder, sources_of(target), "-O2", "-fPIC", "-shared")))
+    solve = library[target.name]
     dtype = np.float64 if scalar == "double" else np.float32
 
     def call(*given: np.ndarray, fault: int = -1) -> tuple[int, np.ndarray]:

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from alloc import Status, build, load_vehicle
-from alloc.c import missing
-from alloc.c.side_by_side import COUNT, side_by_side
+from alloc.c import Target, missing
+from alloc.c.bind import COUNT, side_by_side
 from alloc.methods import recipe, recipes
 from alloc.program import Where
 
@@ -19,9 +19,14 @@ needs_compiler = pytest.mark.skipif(bool(missing()), reason=missing())
 @pytest.mark.parametrize("limits", ["fixed", "call"])
 def test_kernels_without_a_branch_have_a_form_for_demands_side_by_side(limits: Where) -> None:
     vehicle = load_vehicle("bluerov2-heavy")
-    straight = {name for name, each in recipes().items() if side_by_side(vehicle, each, limits)}
+    straight = {
+        name
+        for name, each in recipes().items()
+        if side_by_side(Target(vehicle=vehicle, method=each, limits=limits))
+    }
     assert set(recipes()) - straight <= {"redistribute"}  # a loop over data
-    assert not side_by_side(load_vehicle("supply-vessel"), recipe("nullspace"), limits)
+    branched = Target(vehicle=load_vehicle("supply-vessel"), method=recipe("nullspace"), limits=limits)
+    assert not side_by_side(branched)
 
 
 @needs_compiler

@@ -9,7 +9,7 @@ import pytest
 import c_loop
 import nullspace_picture
 from alloc import build, load_vehicle
-from alloc.c import function_name, missing, sources
+from alloc.c import Target, missing, sources
 from alloc.methods import recipe
 from bench.chips.kernel import Kernel
 from tests.places import DOCS
@@ -20,8 +20,8 @@ compiled = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
 
 def kernel() -> Kernel:
     vehicle = load_vehicle("ukwial")
-    name = function_name(vehicle, "nullspace")
-    files = sources(vehicle, recipe("nullspace"))
+    target = Target(vehicle=vehicle, method=recipe("nullspace"))
+    name = target.name
     return Kernel(
         method="nullspace@native",
         twin="pinv",
@@ -31,7 +31,7 @@ def kernel() -> Kernel:
         entry=name,
         declaration=f'#include "{name}.h"',
         arguments="tau, -1, f",
-        sources=files,
+        sources=sources(target),
     )
 
 

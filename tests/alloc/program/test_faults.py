@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from alloc import Status, Vehicle, build, load_vehicle
-from alloc.c import programs
+from alloc.c import Target
 from alloc.methods import recipe, recipes
 from alloc.program import Builder, Program, Where, at_fault, evaluate, least, most, size, states
 from bench.demands.generated import vehicle_of
@@ -185,7 +185,7 @@ def test_a_thruster_that_takes_others_far_with_it_has_code_of_its_own() -> None:
     """Thrusts of odd vehicle 35 lost three more digits where one of them was moved to zero."""
     vehicle, _ = vehicle_of(35)
     together = recipe("nullspace").program_for_all(vehicle, "fixed", "double").faults
-    made = programs(vehicle, recipe("nullspace"), faults="all")
+    made = Target(vehicle=vehicle, method=recipe("nullspace"), faults="all").programs
     assert -1 in together
     assert {fault for fault, program in made.items() if program.faults} == {*together}
     assert made.keys() - {*together}

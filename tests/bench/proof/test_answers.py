@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from alloc import Vehicle, load_vehicle
-from alloc.c import printed, programs
+from alloc.c import printed
 from alloc.c.compiled import compiler
-from alloc.methods import recipe
 from alloc.program import Program, Where
 from bench.proof import Proof, Subject, answers, subject
 from bench.proof.proof import Claim, Rounding
@@ -30,8 +29,8 @@ LOOSE = 1e6
 def changed(kernel: str, change: Callable[[Program], Program], limits: Where = "fixed") -> Subject:
     """The C of a kernel whose program is another one for the whole vehicle."""
     of = subject(UKWIAL, kernel, "double", limits)
-    made = programs(UKWIAL, recipe(kernel), of.scalar, of.faults, limits)
-    files = printed(UKWIAL, recipe(kernel), {**made, -1: change(made[-1])}, of.scalar, limits)
+    made = of.target.programs
+    files = printed(of.target, {**made, -1: change(made[-1])})
     return replace(of, files=files)
 
 

@@ -1,9 +1,50 @@
-"""C functions that statements call, each defined where it is used only."""
+"""Pieces of C text: licence, comments, tables, and functions that statements call."""
 
 import re
 from collections.abc import Collection, Iterable, Iterator
+from importlib import resources
 
+import numpy as np
+
+from alloc.allocation import FloatArray
 from alloc.program import Branch, Exit, Fence, Program, Scalar, every
+from alloc.program.literal import number
+
+LICENSE = "MIT"
+SPDX = ("SPDX-FileCopyrightText: 2026 the thrustbench authors", f"SPDX-License-Identifier: {LICENSE}")
+IN_C = f"/* {SPDX[0]}\n * {SPDX[1]} */"
+BEHIND_HASH = "\n".join(f"# {line}" for line in SPDX)
+"""The licence of generated files: that of what generates them, as each of them says."""
+
+
+def in_comment(text: str) -> str:
+    """Free text, as a vehicle's name, without what would end the C comment that it stands in."""
+    return re.sub(r"[^ -~]|\*/|\\", "_", text)
+
+
+def listed(values: FloatArray, scalar: Scalar) -> str:
+    """The C initialiser of an array."""
+    return f"{{{', '.join(_literal(value, scalar) for value in values.tolist())}}}"
+
+
+def _literal(value: float, scalar: Scalar) -> str:
+    if np.isfinite(value):
+        return number(value, scalar)
+    cast = "(double)" if scalar == "double" else ""  # both are floats
+    return f"{cast}NAN" if np.isnan(value) else f"{'-' if value < 0 else ''}{cast}INFINITY"
+
+
+def table(name: str, values: FloatArray, scalar: Scalar) -> str:
+    """The C of a constant array of one or two dimensions."""
+    sizes = "".join(f"[{size}]" for size in values.shape)
+    rows = [listed(row, scalar) for row in values] if values.ndim > 1 else [listed(values, scalar)[1:-1]]
+    lines = ",\n".join(f"    {row}" for row in rows)
+    return f"static const {scalar} {name}{sizes} = {{\n{lines}\n}};"
+
+
+def static(file: str, scalar: Scalar) -> str:
+    """A C file of this folder that is the same for every target, in that scalar."""
+    return in_scalar((resources.files(__package__) / file).read_text(encoding="utf-8"), scalar)
 
 
 def helpers(programs: Iterable[Program], scalar: Scalar) -> str:

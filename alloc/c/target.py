@@ -1,0 +1,187 @@
+"""A method that can be C, and what its C is made for: names, parameters and programs."""
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from types import ModuleType
+
+from alloc.allocation import Allocator, IndexArray
+from alloc.errors import NotApplicable
+from alloc.files.modules import check_for
+from alloc.kernels.tolerance import check_single
+from alloc.program import Faults, Program, Scalar, Where
+from alloc.vehicle import Vehicle
+
+NOT_FINITE = -2
+"""What a kernel returns that looks whether its arguments are finite, where one is not."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Recipe:
+    """How one method becomes C.
+
+    Attributes
+    ----------
+    name : of the method
+    formulation : which optimum it answers
+    build : the method in Python: the C has its promises and refusals, and must agree with its answers
+    make : function of a vehicle with its faults, where limits are and the scalar; returns the program
+    meanings : what each value that the C function returns means, in words for its caller
+    doubt : function of the vehicle with its faults and the scalar; share of a thrust that rounding takes
+        beyond that of a few dozen terms [-]
+    make_for_all : the same for one program of many faults, which ``Program.faults`` names; None where the
+        method has none
+    """
+
+    name: str
+    formulation: str
+    build: Callable[[Vehicle], Allocator]
+    make: Callable[[Vehicle, Where, Scalar], Program]
+    meanings: dict[int, str]
+    doubt: Callable[[Vehicle, Scalar], float]
+    make_for_all: Callable[[Vehicle, Where, Scalar], Program] | None
+
+    def program(self, vehicle: Vehicle, limits: Where = "fixed", scalar: Scalar = "double") -> Program:
+        """The method's program for a vehicle; raises NotApplicable, with the reason, where there is none."""
+        return _made(self, vehicle, limits, scalar)
+
+    def program_for_all(
+        self, vehicle: Vehicle, limits: Where = "fixed", scalar: Scalar = "double"
+    ) -> Program:
+        """The method's program for many faults of a vehicle; raises NotApplicable as ``program`` does."""
+        if self.make_for_all is None:
+            raise NotApplicable(f"{self.name}: has no one function for all faults; leave out --faults all")
+        if scalar == "float":
+            check_single(vehicle)
+        return self.make_for_all(vehicle, limits, scalar)
+
+    def levels(self, vehicle: Vehicle) -> int:
+        """How many shares the C function writes behind f."""
+        return self.program(vehicle).size("share")
+
+    @property
+    def limited(self) -> bool:
+        """True if the kernel compares with limits, and so checks that its arguments are finite."""
+        return NOT_FINITE in self.meanings
+
+
+def recipe_of(name: str, module: ModuleType) -> Recipe:
+    """The kernel that a method's module offers by ``program``; see ``alloc.methods``."""
+    check_for(module, "build", "FORMULATION", "MEANINGS")
+    return Recipe(
+        name=name,
+        formulation=module.FORMULATION,
+        build=module.build,
+        make=module.program,
+        meanings=module.MEANINGS,
+        doubt=getattr(module, "doubt", _none),
+        make_for_all=getattr(module, "program_for_all", None),
+    )
+
+
+def _none(vehicle: Vehicle, scalar: Scalar) -> float:
+    return 0.0
+
+
+@lru_cache(maxsize=64)
+def _made(kernel: Recipe, vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
+    if scalar == "float":
+        check_single(vehicle)
+    return kernel.make(vehicle, limits, scalar)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Target:
+    """What C is generated for: one method for one vehicle, in one of its forms.
+
+    Attributes
+    ----------
+    vehicle : whose numbers stand in the C
+    method : how the method becomes C
+    scalar : the type of all numbers
+    limits : ``fixed`` where the C holds the vehicle's own, ``call`` where f_min and f_max are arguments
+    faults : ``none``, or any ``one`` thruster off, in code for each, or ``all`` these in one function
+    """
+
+    vehicle: Vehicle
+    method: Recipe
+    scalar: Scalar = "double"
+    limits: Where = "fixed"
+    faults: Faults = "one"
+
+    @property
+    def name(self) -> str:
+        """Name of the C function, and stem of its files' names."""
+        return function_name(self.vehicle, self.method.name, self.scalar, self.limits)
+
+    @property
+    def levels(self) -> int:
+        """How many shares the C function writes behind f."""
+        return self.method.levels(self.vehicle)
+
+    @property
+    def failures(self) -> IndexArray:
+        """The thrusters whose failure the C answers for."""
+        return known_faults(self.vehicle, self.faults)
+
+    def with_fault(self, fault: int) -> Vehicle:
+        """The vehicle with a thruster off; with all of them for -1."""
+        return self.vehicle if fault < 0 else self.vehicle.with_fault(fault)
+
+    @property
+    def programs(self) -> Mapping[int, Program]:
+        """Programs of the whole vehicle, -1, and with each one thruster off.
+
+        Of ``faults`` "all" one program is that of many; each has its own after which a direction is lost.
+        Raises NotApplicable where the method does not cover the vehicle, or those faults.
+        """
+        return _programs(self)
+
+    def parameters(self, fault: str = "int fault") -> str:
+        """The parameters of the C function; see ``parameters``."""
+        return parameters(self.vehicle, self.scalar, self.limits, self.levels, fault)
+
+    def arguments(self, fault: str = "") -> str:
+        """The arguments of a call; see ``arguments``."""
+        return arguments(self.limits, self.levels, fault)
+
+
+@lru_cache(maxsize=2)  # header, source and page ask one after the other
+def _programs(target: Target) -> Mapping[int, Program]:
+    method, vehicle, form = target.method, target.vehicle, (target.limits, target.scalar)
+    variants = {fault: target.with_fault(fault) for fault in (-1, *target.failures.tolist())}
+    one = method.program_for_all(vehicle, *form) if target.faults == "all" else None
+    together = one.faults if one and len(one.faults) > 1 else ()
+    return {
+        fault: one if one and fault in together else method.program(variant, *form)
+        for fault, variant in variants.items()
+    }
+
+
+def known_faults(vehicle: Vehicle, faults: Faults) -> IndexArray:
+    """The thrusters whose failure the C answers for; none where nothing would be left."""
+    return vehicle.working if faults != "none" and len(vehicle.working) > 1 else vehicle.working[:0]
+
+
+def function_name(vehicle: Vehicle, kernel: str, scalar: Scalar = "double", limits: Where = "fixed") -> str:
+    """Name of the C function, and stem of its files' names."""
+    stem = re.sub(r"\W", "_", f"{vehicle.name}_{kernel}".lower(), flags=re.ASCII)
+    stem = stem if stem[0].isalpha() else f"v{stem}"
+    return stem + ("_call" if limits == "call" else "") + ("_float" if scalar == "float" else "")
+
+
+def parameters(vehicle: Vehicle, scalar: Scalar, limits: Where, levels: int, fault: str = "int fault") -> str:
+    """The parameters of the C function, with others in place of ``fault``, or none, of one behind it."""
+    names = [(f"const {scalar} tau", vehicle.k)]
+    if limits == "call":
+        names += [(f"const {scalar} f_min", vehicle.n), (f"const {scalar} f_max", vehicle.n)]
+    arrays = [f"{name}[{size}]" for name, size in names]
+    shares = [f"{scalar} share[{levels}]"] if levels else []
+    return ", ".join([*arrays, *[fault] * bool(fault), f"{scalar} f[{vehicle.n}]", *shares])
+
+
+def arguments(limits: Where, levels: int, fault: str = "") -> str:
+    """The arguments of a call, with ``fault`` in its place where one is given."""
+    given = ["tau", "f_min", "f_max"] if limits == "call" else ["tau"]
+    return ", ".join([*given, *([fault] if fault else []), "f", *["share"] * (levels > 0)])
