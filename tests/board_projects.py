@@ -10,9 +10,8 @@ import pytest
 
 from alloc import load_vehicle
 from alloc.program import Scalar
-from bench.chips.board.files import write
-from bench.chips.board.heard import Heard
-from bench.chips.board.project import Project, plan
+from bench.chips.board.log import Heard
+from bench.chips.board.project import Project, plan, write
 
 METHODS = ("nullspace@native", "pinv@native")
 SETS = ("inactive", "active", "infeasible")

@@ -2,13 +2,13 @@
 
 import pytest
 
-from bench.chips.target import Target, target
+from bench.chips.processors import Processor, processor
 from bench.chips.toolchain import missing
 
 
-def available(name: str) -> Target:
-    """The target of that name; skips the test where its compiler or emulator is missing."""
-    known = target(name)
+def available(name: str) -> Processor:
+    """The processor of that name; skips the test where its compiler or emulator is missing."""
+    known = processor(name)
     if reason := missing(known):
         pytest.skip(reason)
     return known

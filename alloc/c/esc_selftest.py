@@ -106,7 +106,7 @@ def _rows(target: Target) -> str:
             continue
         ends = [listed(side, target.scalar) for side in call[1:]] if target.limits == "call" else []
         u = ", ".join(command_text(target, x) for x in sent.u.tolist())
-        parts = [str(status_of(sent)), number(volts, target.scalar), listed(call[0], target.scalar), *ends]
+        parts = [str(esc_status(sent)), number(volts, target.scalar), listed(call[0], target.scalar), *ends]
         rows.append(f"    {{{', '.join([*parts, f'{{{u}}}', listed(sent.f, target.scalar)])}}},")
         if len(rows) == CASES:
             break
@@ -142,11 +142,11 @@ def _decided(target: Target, call: list[FloatArray], volts: float) -> Sent | Non
     f = np.where(call[0] == call[1], low, np.where(call[0] == call[2], high, f))
     made = target.vehicle.commands(f, np.full(len(f), volts), f_min=low, f_max=high)
     sent, *others = (Sent(*row) for row in zip(*made, strict=True))
-    same = all((each.u == sent.u).all() and status_of(each) == status_of(sent) for each in others)
+    same = all((each.u == sent.u).all() and esc_status(each) == esc_status(sent) for each in others)
     return sent if same else None
 
 
-def status_of(sent: Sent) -> int:
+def esc_status(sent: Sent) -> int:
     """Status of NAME_esc for commands (n,) that Python sends."""
     if (sent.status == Made.NO_NUMBER).any():
         return -2

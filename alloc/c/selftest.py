@@ -200,7 +200,7 @@ def cases(target: Target, vehicle: Vehicle, twin: Allocator) -> Cases:
     def moved(f: FloatArray, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
         others, verdict, shares = answers(f, low, high)
         same[verdict != status] = False
-        far = far_off(others, F)
+        far = largest_differences(others, F)
         same[far > JUMP * vehicle.f_scale] = False
         return far, np.abs(shares - share).max(axis=1, initial=0.0)
 
@@ -213,7 +213,7 @@ def cases(target: Target, vehicle: Vehicle, twin: Allocator) -> Cases:
     wider, wider_share = moved(f, low - slack, high + slack)
     if levels:
         short = F - lost * (F - start(low, np.maximum(low, high)))
-        back = far_off(answers(np.nan_to_num(short), low, high)[0], F)
+        back = largest_differences(answers(np.nan_to_num(short), low, high)[0], F)
         wider += back
         # A kernel reduces thrusts that end beyond limits, and their shares (``alloc.kernels.held``).
         rest = at_rest(vehicle) if limits == "fixed" else start(low, np.maximum(low, high))
@@ -241,7 +241,7 @@ def cases(target: Target, vehicle: Vehicle, twin: Allocator) -> Cases:
     )
 
 
-def far_off(F: FloatArray, from_: FloatArray) -> FloatArray:
+def largest_differences(F: FloatArray, from_: FloatArray) -> FloatArray:
     """(N,) largest difference of a thrust [N]; zero where there is none to compare."""
     largest: FloatArray = np.nan_to_num(np.abs(F - from_)).max(axis=1)
     return largest

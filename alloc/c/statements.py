@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterable
 from itertools import chain
 
-from alloc.c.text import CALLED, called
+from alloc.c.text import CALLED, c_function
 from alloc.program import (
     Branch,
     DataLoop,
@@ -266,7 +266,7 @@ class Statements:
             case ("min", int(inner), int(high)) if self.clamped(inner):
                 _, x, low = self.program.nodes[inner]
                 texts = [self.expression(each) for each in (x, low, high)]
-                return f"{called('within', self.program.scalar)}({', '.join(texts)})", ALONE
+                return f"{c_function('within', self.program.scalar)}({', '.join(texts)})", ALONE
             case (("min" | "max" | "abs") as kind, *nodes):
                 texts = [self.expression(each) for each in nodes if isinstance(each, int)]
                 return f"{self._function(kind)}({', '.join(texts)})", ALONE
@@ -284,7 +284,7 @@ class Statements:
 
     def _function(self, kind: str) -> str:
         """The C function of an operation."""
-        return called(CALLED[kind], self.program.scalar)
+        return c_function(CALLED[kind], self.program.scalar)
 
     def clamped(self, inner: Node) -> bool:
         """True if a minimum is taken of a maximum that nothing else uses."""

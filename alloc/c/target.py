@@ -66,7 +66,7 @@ class Recipe:
         return NOT_FINITE in self.meanings
 
 
-def recipe_of(name: str, module: ModuleType) -> Recipe:
+def make_recipe(name: str, module: ModuleType) -> Recipe:
     """The kernel that a method's module offers by ``program``; see ``alloc.methods``."""
     check_for(module, "build", "FORMULATION", "MEANINGS")
     return Recipe(

@@ -55,7 +55,7 @@ def helpers(programs: Iterable[Program], scalar: Scalar) -> str:
 def definitions(wanted: Collection[str], scalar: Scalar) -> str:
     """Those of the functions of these names."""
     texts = {
-        called(name, scalar): _usual(name, scalar) if name in SIGNS else DEFINITIONS[name]
+        c_function(name, scalar): _usual(name, scalar) if name in SIGNS else DEFINITIONS[name]
         for name in ORDER
         if name in wanted
     }
@@ -65,7 +65,7 @@ def definitions(wanted: Collection[str], scalar: Scalar) -> str:
     )
 
 
-def called(name: str, scalar: Scalar) -> str:
+def c_function(name: str, scalar: Scalar) -> str:
     """The C name of a function here: one for each type, as of the standard library's."""
     return f"tb_{name}{'f' if scalar == 'float' and name not in MACROS else ''}"
 

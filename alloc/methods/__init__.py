@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from functools import cache
 
 from alloc import solvers
-from alloc.c.target import Recipe, recipe_of
+from alloc.c.target import Recipe, make_recipe
 from alloc.errors import UnknownName
 from alloc.files.modules import modules
 
@@ -73,7 +73,7 @@ def by_solver(prefix: str, summary: str) -> dict[str, Variant]:
 def recipes() -> dict[str, Recipe]:
     """All methods that can be C, by name: those whose module has ``program``."""
     found = modules(__name__).items()
-    return {name: recipe_of(name, module) for name, module in found if hasattr(module, "program")}
+    return {name: make_recipe(name, module) for name, module in found if hasattr(module, "program")}
 
 
 def recipe(name: str) -> Recipe:

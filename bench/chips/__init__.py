@@ -2,6 +2,6 @@
 
 ``toolchain`` names a compiler and an emulator for each processor, ``kernels`` makes the C of each method,
 ``image`` links it with a driver for one processor, ``count`` runs the image under QEMU and counts,
-``agreement`` compares its answers with Python's, ``search`` looks for the demand that costs most, ``study``
-makes the rows that ``record`` writes. ``bench.results.emulated`` reads them again. See docs/counting.md.
+``agreement`` compares its answers with Python's, ``search`` looks for the call that costs most, and ``study``
+writes the rows of a record. ``bench.results.emulated`` reads them again. See docs/counting.md.
 """

@@ -8,13 +8,13 @@ import numpy as np
 
 from alloc import Label, Status, build
 from alloc.allocation import BoolArray, FloatArray, IndexArray, StatusArray
-from alloc.c.selftest import AGREEMENT, ROUNDING, TRIES, far_off
+from alloc.c.selftest import AGREEMENT, ROUNDING, TRIES, largest_differences
 from alloc.formulations import find_formulation
 from alloc.kernels.tolerance import MET, TOLERANCE
 from alloc.methods import recipe
 from alloc.rivals import load
 from bench.chips.count import CallCounts
-from bench.chips.kernel import Kernel
+from bench.chips.kernels import Kernel
 from bench.demands import DemandSet
 from bench.judging.faults import misstated
 
@@ -199,10 +199,10 @@ def explained(kernel: Kernel, demands: DemandSet, F: FloatArray, lost: float = 0
             demands.taus + tau_signs * wrench, low + low_signs * width, high + high_signs * width
         )
         statuses.append(status)
-        squares += far_off(moved, F) ** 2 / TRIES
+        squares += largest_differences(moved, F) ** 2 / TRIES
         if optimal:
             moved, _ = allocate.many(end + tau_signs * vehicle.wrench_scale, low, high)
-            ends += far_off(moved, F) ** 2 / TRIES
+            ends += largest_differences(moved, F) ** 2 / TRIES
     largest = np.sqrt((vehicle.k + 2 * vehicle.n) * squares) + np.sqrt(vehicle.k * ends)
     if doubt:  # where a demand is met in part, errors in a matrix are magnified twice (``alloc.c.selftest``)
         largest += squares / (by * vehicle.f_scale)

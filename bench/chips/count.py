@@ -10,7 +10,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray, IndexArray
 from bench.chips.image import FIRMWARE, METHOD, Image, link, without_kernel
-from bench.chips.kernel import SCALARS
+from bench.chips.kernels import SCALARS
 from bench.chips.toolchain import ToolError, run, scratch
 from bench.harness.timing import CALLGRIND, instruction_totals
 from bench.inputs.board_log import answered, parse
@@ -57,12 +57,12 @@ def count(image: Image, calls: FloatArray, trace: str = "") -> CallCounts:
 
 
 def _count(image: Image, calls: FloatArray, trace: str) -> CallCounts:
-    if not image.target.callgrind:
+    if not image.processor.callgrind:
         return _answers(image, image.path, calls, _plugged(image, trace))
     counted = _answers(image, image.path, calls, _callgrind(image))
     instructions = np.array(instruction_totals(image.path.parent / PROFILE), dtype=np.intp)
     if len(instructions) != len(calls):
-        raise ToolError(f"{image.target.name}: {len(instructions)} calls counted, {len(calls)} made")
+        raise ToolError(f"{image.processor.name}: {len(instructions)} calls counted, {len(calls)} made")
     return replace(counted, instructions=instructions)
 
 
@@ -76,12 +76,12 @@ def count_by_systick(image: Image, taus: FloatArray) -> FloatArray:
     options = (f"-DBOARD_REPEATS={REPEATS}", "-DBOARD_SYSTICK")
     folder = image.path.parent / "systick"
     folder.mkdir(exist_ok=True)
-    timed = link(image.kernel, image.target, folder, options)
-    emulator, *rest = image.target.emulator
+    timed = link(image.kernel, image.processor, folder, options)
+    emulator, *rest = image.processor.emulator
     command = (emulator, "-icount", "shift=0", *rest)
     with_kernel = _answers(timed, timed.path, taus, command).instructions
     without = _answers(timed, without_kernel(timed), taus, command).instructions
-    ns = (with_kernel - without) * image.target.tick_ns
+    ns = (with_kernel - without) * image.processor.tick_ns
     difference: FloatArray = ns / REPEATS + 1.0
     return difference
 
@@ -93,19 +93,19 @@ def _answers(image: Image, path: Path, calls: FloatArray, command: Sequence[str]
     head = np.array([len(calls)], dtype="<i4")
     (folder / "demands.bin").write_bytes(head.tobytes() + calls.astype(scalar).tobytes())
     printed = run([*command, str(path)], folder)
-    if image.target.bare_metal:
+    if image.processor.bare_metal:
         printed = (folder / LINE).read_text(encoding="ascii", errors="replace")
     log = parse(printed.encode())
     asked = [block for block in log.blocks if block.kind == "ask" and block.words[0] == METHOD]
     if len(asked) != 1 or len(asked[0].texts("f")) != len(calls):
         said = "; ".join(log.nonsense) or "the driver did not answer each call"
-        raise ToolError(f"{image.target.name}: {said}")
+        raise ToolError(f"{image.processor.name}: {said}")
     found = answered(asked[0], kernel.n, scalar, kernel.levels)
     return CallCounts(found.F, found.status, found.ticks, found.stack_bytes, found.shares)
 
 
 def _plugged(image: Image, trace: str) -> tuple[str, ...]:
-    emulator, *rest = image.target.emulator
+    emulator, *rest = image.processor.emulator
     options = f"{_plugin(emulator)},entry={image.entry:#x},leave={image.leave:#x},ticks=ticks"
     options += f",trace={trace}" if trace else ""
     return (emulator, "-plugin", options, *rest)

@@ -10,14 +10,14 @@ import numpy as np
 from alloc import NotApplicable, Vehicle
 from alloc.allocation import FloatArray, IndexArray
 from alloc.c import Target, command_type, sources, to_escs
-from alloc.c.esc_selftest import status_of
+from alloc.c.esc_selftest import esc_status
 from alloc.methods import recipe
 from alloc.program import Faults, Scalar, Where
 from alloc.vehicle.esc import Sent
 from bench.chips.count import CallCounts, count
 from bench.chips.image import link
-from bench.chips.kernel import Kernel
-from bench.chips.target import Target as Processor
+from bench.chips.kernels import Kernel
+from bench.chips.processors import Processor
 from bench.record import Emulated
 
 METHOD = "esc"
@@ -71,10 +71,10 @@ def calls(vehicle: Vehicle, limits: Where, n: int, seed: int) -> dict[str, Float
     return made
 
 
-def rows(row: Emulated, made: Kernel, vehicle: Vehicle, target: Processor, n: int) -> Iterator[Emulated]:
+def rows(row: Emulated, made: Kernel, vehicle: Vehicle, processor: Processor, n: int) -> Iterator[Emulated]:
     """A row for each set of n thrusts; raises as ``link`` of an image."""
     with tempfile.TemporaryDirectory(prefix="thrustbench-") as folder:
-        image = link(made, target, Path(folder))
+        image = link(made, processor, Path(folder))
         sized = msgspec.structs.replace(
             row, flash_bytes=image.flash_bytes, ram_static_bytes=image.ram_static_bytes
         )
@@ -114,6 +114,6 @@ def agreement(
     step = np.array([esc.step for esc in vehicle.esc])
     beside = np.abs(vehicle.thrusts(sent.u + step, volts) - vehicle.thrusts(sent.u - step, volts))
     near = apart * vehicle.f_scale <= beside + MADE * vehicle.f_scale
-    expected = np.array([status_of(Sent(*each)) for each in zip(*sent, strict=True)])
+    expected = np.array([esc_status(Sent(*each)) for each in zip(*sent, strict=True)])
     agrees = bool((status == expected).all() and near.all() and other.mean() <= TURNED)
     return agrees, float(np.where(other, 0.0, apart).max(initial=0.0))

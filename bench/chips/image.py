@@ -6,8 +6,8 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from bench.chips.kernel import Kernel, shapes
-from bench.chips.target import Target
+from bench.chips.kernels import Kernel, shapes
+from bench.chips.processors import Processor
 from bench.chips.toolchain import run, scratch
 
 FIRMWARE = Path(__file__).parent / "firmware"
@@ -31,7 +31,7 @@ class Image:
 
     Attributes
     ----------
-    kernel, target : what was linked, and for which processor
+    kernel, processor : what was linked, and for which processor
     path : the image's file
     entry : address of the kernel's first instruction
     leave : address of the first instruction after the call
@@ -40,7 +40,7 @@ class Image:
     """
 
     kernel: Kernel
-    target: Target
+    processor: Processor
     path: Path
     entry: int
     leave: int
@@ -48,7 +48,7 @@ class Image:
     ram_static_bytes: int
 
 
-def link(kernel: Kernel, target: Target, folder: Path, options: tuple[str, ...] = STACK) -> Image:
+def link(kernel: Kernel, processor: Processor, folder: Path, options: tuple[str, ...] = STACK) -> Image:
     """Compile and link into ``folder``; raises ToolError with the compiler's words where that fails.
 
     ``options`` say how the driver calls the kernel (firmware/call.h).
@@ -56,27 +56,28 @@ def link(kernel: Kernel, target: Target, folder: Path, options: tuple[str, ...] 
     sources = kernel.write(folder)
     places = {folder, *((folder / name).parent for name in kernel.sources)}
     includes = [f"-I{place}" for place in sorted(places)]
-    run([*_gcc(target), *KERNEL, *includes, "-c", *(str(source) for source in sources)], folder)
+    run([*_gcc(processor), *KERNEL, *includes, "-c", *(str(source) for source in sources)], folder)
     objects = [folder / f"{source.stem}.o" for source in sources]
-    driver = _driver(target, options, shapes([kernel]))
+    driver = _driver(processor, options, shapes([kernel]))
     own = [folder / "adapter.c", folder / "project.c"]
     for path, text in zip(own, (kernel.adapter, _project(kernel)), strict=True):
         path.write_text(text, encoding="utf-8")
-    command = [*_gcc(target), *_bare(target), *includes, f"-I{driver}", f"-I{FIRMWARE}"]
+    command = [*_gcc(processor), *_bare(processor), *includes, f"-I{driver}", f"-I{FIRMWARE}"]
     built = folder / "built"
     built.mkdir(exist_ok=True)
     run([*command, *options, "-c", *map(str, own)], built)
-    objects += [*(driver / f"{Path(name).stem}.o" for name in _sources(target)), *sorted(built.glob("*.o"))]
+    objects += [driver / f"{Path(name).stem}.o" for name in _sources(processor)]
+    objects += sorted(built.glob("*.o"))
     marks = f"-DMEASURED=measured_{kernel.entry}", f"-DLEFT=left_{kernel.entry}"
     path, empty = folder / "kernel.elf", folder / EMPTY
     for called, elf in ((kernel.entry, path), ("empty_kernel", empty)):
         call = [*marks, f"-DCALLED={called}", str(FIRMWARE / "call.S")]
         run([*command, *map(str, objects), *call, "-lm", "-o", str(elf)])
-    thumb = 1 if target.bare_metal else 0  # bit 0 of a symbol marks Thumb code and is no part of the address
-    symbols, sizes, without = _symbols(target, path), _sizes(target, path), _sizes(target, empty)
+    thumb = int(processor.bare_metal)  # bit 0 of a symbol marks Thumb code and is no part of the address
+    symbols, sizes, without = _symbols(processor, path), _sizes(processor, path), _sizes(processor, empty)
     return Image(
         kernel=kernel,
-        target=target,
+        processor=processor,
         path=path,
         entry=symbols[kernel.entry] & ~thumb,
         leave=symbols[f"left_{kernel.entry}"] & ~thumb,
@@ -85,26 +86,26 @@ def link(kernel: Kernel, target: Target, folder: Path, options: tuple[str, ...] 
     )
 
 
-def _gcc(target: Target) -> list[str]:
-    return [f"{target.tools}gcc", *target.flags, *FLAGS, *SIZES]
+def _gcc(processor: Processor) -> list[str]:
+    return [f"{processor.tools}gcc", *processor.flags, *FLAGS, *SIZES]
 
 
-def _bare(target: Target) -> tuple[str, ...]:
-    return (*_BARE, *target.board) if target.bare_metal else ()
+def _bare(processor: Processor) -> tuple[str, ...]:
+    return (*_BARE, *processor.board) if processor.bare_metal else ()
 
 
-def _sources(target: Target) -> tuple[str, ...]:
-    return (*DRIVER, "ports/mps2.c" if target.bare_metal else "ports/linux.c")
+def _sources(processor: Processor) -> tuple[str, ...]:
+    return (*DRIVER, "ports/mps2.c" if processor.bare_metal else "ports/linux.c")
 
 
 @cache
-def _driver(target: Target, options: tuple[str, ...], project: str) -> Path:
+def _driver(processor: Processor, options: tuple[str, ...], project: str) -> Path:
     """A folder with what is the same for all kernels of one shape, compiled once a process, and project.h."""
     folder = Path(tempfile.mkdtemp(dir=scratch()))
     (folder / "project.h").write_text(project, encoding="utf-8")
-    facts = *options, f'-DBOARD_PROCESSOR="{target.name}"'
-    sources = [str(FIRMWARE / name) for name in _sources(target)]
-    run([*_gcc(target), *_bare(target), f"-I{folder}", f"-I{FIRMWARE}", *facts, "-c", *sources], folder)
+    facts = *options, f'-DBOARD_PROCESSOR="{processor.name}"'
+    sources = [str(FIRMWARE / name) for name in _sources(processor)]
+    run([*_gcc(processor), *_bare(processor), f"-I{folder}", f"-I{FIRMWARE}", *facts, "-c", *sources], folder)
     return folder
 
 
@@ -127,13 +128,13 @@ def without_kernel(image: Image) -> Path:
     return image.path.with_name(EMPTY)
 
 
-def _symbols(target: Target, path: Path) -> dict[str, int]:
-    rows = (line.split() for line in run([f"{target.tools}nm", str(path)]).splitlines())
+def _symbols(processor: Processor, path: Path) -> dict[str, int]:
+    rows = (line.split() for line in run([f"{processor.tools}nm", str(path)]).splitlines())
     return {row[2]: int(row[0], 16) for row in rows if len(row) == 3}
 
 
-def _sizes(target: Target, path: Path) -> "_Sizes":
-    lines = run([f"{target.tools}size", str(path)]).splitlines()
+def _sizes(processor: Processor, path: Path) -> "_Sizes":
+    lines = run([f"{processor.tools}size", str(path)]).splitlines()
     return _Sizes(*(int(number) for number in lines[1].split()[:3]))
 
 

@@ -5,7 +5,7 @@ import platform
 import shutil
 import subprocess
 
-from bench.chips.target import targets
+from bench.chips.processors import processors
 from bench.chips.toolchain import missing
 
 _APT = ("apt-get", "-q", "-o", "Acquire::http::Timeout=20", "-o", "Acquire::Retries=0")
@@ -26,10 +26,10 @@ def apt_install(needed: list[str]) -> None:
 
 
 def packages() -> list[str]:
-    """Debian's names, sorted, of the packages of every target that lacks something."""
+    """Debian's names, sorted, of the packages of every processor that lacks something."""
     here = platform.machine() == "x86_64"  # callgrind emulates no other
-    counted = (target for target in targets() if here or not target.callgrind)
-    return sorted({name for target in counted if missing(target) for name in target.packages})
+    counted = (processor for processor in processors() if here or not processor.callgrind)
+    return sorted({name for processor in counted if missing(processor) for name in processor.packages})
 
 
 def _apt(*arguments: str) -> bool:

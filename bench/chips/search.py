@@ -1,10 +1,21 @@
-"""Looks for the demand that costs a kernel most: seeded hill climbing on the exact count."""
+"""Search for the call that costs a kernel most: hill climbing on the exact count, and failures."""
 
+import tempfile
 from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
+from alloc import Vehicle
 from alloc.allocation import FloatArray, IndexArray
+from alloc.errors import VehicleError
+from bench.chips.count import count
+from bench.chips.image import link
+from bench.chips.kernels import SCALARS, Kernel
+from bench.chips.processors import Processor
+from bench.demands.corners import extremes
 
 SIZE = 200
 """Demands a generation: a start of the emulator takes as long as counting a few hundred calls."""
@@ -64,3 +75,31 @@ def _children(rng: np.random.Generator, parents: FloatArray, scale: FloatArray, 
     children = first + share * (second - first) + moved
     fresh = rng.random((size, 1)) < FRESH
     return np.where(fresh, _random(rng, scale, size), children)
+
+
+CALLS = 50
+"""Demands of each kind for each fault: about the edge of what is left, far outside, and such as overflow."""
+
+
+def with_fault_argument(kernel: Kernel) -> Kernel:
+    """The same kernel, called with the fault as one number more behind tau."""
+    return replace(kernel, k=kernel.k + 1, arguments=kernel.arguments.replace("-1", f"(int)tau[{kernel.k}]"))
+
+
+def worst_with_fault(kernel: Kernel, processor: Processor, vehicle: Vehicle, taus: FloatArray) -> int | None:
+    """Most instructions of a call with any one thruster off; None where none can be.
+
+    Asked are demands at the limits of what is left, and those (N, k) that cost the whole vehicle most.
+    """
+    asked = []
+    largest = float(np.finfo(SCALARS[kernel.scalar]).max)
+    for fault in range(vehicle.n):
+        with suppress(VehicleError):  # the last thruster that pushes can't be taken off
+            some = np.vstack([extremes(vehicle.with_fault(fault), CALLS, largest), taus])
+            asked.append(np.column_stack([some, np.full(len(some), float(fault))]))
+    if not asked:
+        return None
+    with tempfile.TemporaryDirectory(prefix="thrustbench-") as folder:
+        other = with_fault_argument(kernel)
+        calls = other.calls(np.vstack(asked), vehicle.f_min, vehicle.f_max)
+        return int(count(link(other, processor, Path(folder)), calls).instructions.max())

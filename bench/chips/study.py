@@ -1,4 +1,4 @@
-"""Counts every kernel on every processor over every class of demands; what can't be counted has a reason."""
+"""Counts of every kernel on every processor over every class of demands, as rows of a record."""
 
 import tempfile
 from collections.abc import Iterator
@@ -16,22 +16,21 @@ from alloc.errors import NotInstalled
 from alloc.program import Faults, Scalar, Where
 from bench.chips import esc, search
 from bench.chips.agreement import agreement
+from bench.chips.bounds import Unbounded, bound, least_instructions
 from bench.chips.count import CallCounts, count
 from bench.chips.cycles import cycles
 from bench.chips.image import Image, link
-from bench.chips.kernel import SCALARS, Kernel
-from bench.chips.kernels import build_kernel, check
-from bench.chips.least import least_instructions
-from bench.chips.longest import Unbounded, bound
-from bench.chips.off import most_with_one_off
-from bench.chips.target import Target
+from bench.chips.kernels import SCALARS, Kernel, build_kernel, check
+from bench.chips.processors import Processor
 from bench.chips.toolchain import ToolError, missing, versions
 from bench.demands import DemandSet, build_demands, labelled
 from bench.demands.corners import extremes
 from bench.harness import machine
+from bench.harness.lines import begun
 from bench.judging.judge import rounded
 from bench.judging.loss import direction_error_deg, relative_wrench_error, share_along
-from bench.record import SERVED_WITHIN, Emulated
+from bench.record import SERVED_WITHIN, Emulated, Header
+from bench.record.file import Writer
 
 CLASSES = ("inactive", "active", "boundary", "infeasible", "mission", "jolts")
 SEARCH = "search"
@@ -44,11 +43,11 @@ Its most costly demand is not searched for either."""
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Plan:
-    """Plan of a count: every combination of vehicle, method, scalar and target.
+    """Plan of a count: every combination of vehicle, method, scalar and processor.
 
     Attributes
     ----------
-    vehicles, targets, methods, scalars, limits : what is combined; methods by name
+    vehicles, processors, methods, scalars, limits : what is combined; methods by name
     faults : which the C knows
     demands : names of the sets that every vehicle is asked, before the search for the most costly demand
     seed : of demands and search
@@ -56,7 +55,7 @@ class Plan:
     """
 
     vehicles: tuple[Vehicle, ...]
-    targets: tuple[Target, ...]
+    processors: tuple[Processor, ...]
     methods: tuple[str, ...]
     scalars: tuple[Scalar, ...]
     limits: tuple[Where, ...] = ("fixed",)
@@ -78,31 +77,31 @@ def emulate(plan: Plan) -> Iterator[Emulated]:
 
 
 def _rows(plan: Plan, asked: list[tuple[Vehicle, list[DemandSet]]]) -> Iterator[Emulated]:
-    reasons = {target: missing(target) for target in plan.targets}
+    reasons = {processor: missing(processor) for processor in plan.processors}
     source = {"thrustbench": machine.commit()}  # rows in one record may come from different commits
-    tools = {target: versions(target) | source for target, reason in reasons.items() if not reason}
-    combined = product(asked, plan.methods, plan.scalars, plan.limits, plan.targets)
-    for (vehicle, sets), method, scalar, limits, target in combined:
+    tools = {processor: versions(processor) | source for processor, reason in reasons.items() if not reason}
+    combined = product(asked, plan.methods, plan.scalars, plan.limits, plan.processors)
+    for (vehicle, sets), method, scalar, limits, processor in combined:
         row = Emulated(
             vehicle=vehicle.name,
-            target=target.name,
+            target=processor.name,
             method=method,
             scalar=scalar,
             limits=limits,
             faults=plan.faults,
             seed=plan.seed,
         )
-        if target not in tools:
-            yield msgspec.structs.replace(row, status="missing", reason=reasons[target])
+        if processor not in tools:
+            yield msgspec.structs.replace(row, status="missing", reason=reasons[processor])
             continue
-        row = msgspec.structs.replace(row, tools=tools[target])
+        row = msgspec.structs.replace(row, tools=tools[processor])
         try:
             if method == esc.METHOD:
                 wired = esc.kernel(vehicle, scalar, limits)
-                yield from esc.rows(row, wired, vehicle, target, plan.n)
+                yield from esc.rows(row, wired, vehicle, processor, plan.n)
                 continue
             yield from _kernel_rows(
-                row, build_kernel(method, vehicle, scalar, limits, plan.faults), target, sets
+                row, build_kernel(method, vehicle, scalar, limits, plan.faults), processor, sets
             )
         except NotInstalled as lacking:
             yield msgspec.structs.replace(row, status="missing", reason=str(lacking))
@@ -112,9 +111,11 @@ def _rows(plan: Plan, asked: list[tuple[Vehicle, list[DemandSet]]]) -> Iterator[
             yield msgspec.structs.replace(row, status="failed", reason=str(failure))
 
 
-def _kernel_rows(row: Emulated, kernel: Kernel, target: Target, sets: list[DemandSet]) -> Iterator[Emulated]:
+def _kernel_rows(
+    row: Emulated, kernel: Kernel, processor: Processor, sets: list[DemandSet]
+) -> Iterator[Emulated]:
     with tempfile.TemporaryDirectory(prefix="thrustbench-") as folder:
-        image = link(kernel, target, Path(folder))
+        image = link(kernel, processor, Path(folder))
         row = msgspec.structs.replace(
             row, solver=kernel.solver, flash_bytes=image.flash_bytes, ram_static_bytes=image.ram_static_bytes
         )
@@ -144,19 +145,19 @@ def _worst(row: Emulated, image: Image, vehicle: Vehicle, costly: FloatArray) ->
     extreme = cycles(image, calls, counted)
     spans = {
         name: [max(ends) for ends in zip(span, extreme[name], strict=True)]
-        for name, span in {image.target.name: row.cycles, **row.boards}.items()
+        for name, span in {image.processor.name: row.cycles, **row.boards}.items()
         if span and name in extreme
     }
-    own = spans.pop(image.target.name, [])
+    own = spans.pop(image.processor.name, [])
     at_most = None
-    in_software = kernel.scalar == "double" and image.target.scalars == ("float",)
+    in_software = kernel.scalar == "double" and image.processor.scalars == ("float",)
     # Where an operation's length depends on the numbers, or loops on what was prepared, no bound is known.
     if not (in_software or kernel.prepared):
         with suppress(Unbounded):
             at_most = bound(image, vehicle.k, vehicle.n)
     known_off = None
     if row.faults != "none" and not kernel.prepared:
-        known_off = most_with_one_off(kernel, image.target, vehicle, costly)
+        known_off = search.worst_with_fault(kernel, image.processor, vehicle, costly)
     return msgspec.structs.replace(
         row, known=known, known_off=known_off, at_most=at_most, cycles=own, boards=spans
     )
@@ -202,7 +203,7 @@ def _counted(row: Emulated, demands: DemandSet, image: Image, counted: CallCount
         row,
         demands=demands.name,
         instructions=list(zip(values.tolist(), calls.tolist(), strict=True)),
-        cycles=list(known.pop(image.target.name, ())),
+        cycles=list(known.pop(image.processor.name, ())),
         boards={board: list(span) for board, span in known.items()},
         worst=demands.taus[int(counted.instructions.argmax())].tolist(),
         stack_bytes=int(counted.stack_bytes.max()),
@@ -225,3 +226,35 @@ def _delivered(demands: DemandSet, counted: CallCounts) -> dict[str, float | Non
         "along_mean": None if np.isnan(along).all() else rounded(float(np.nanmean(along))),
         "direction_error_max_deg": None if np.isnan(turned).all() else rounded(float(np.nanmax(turned))),
     }
+
+
+def write(plan: Plan, directory: Path, *, add: bool) -> Iterator[Emulated]:
+    """Count as planned and append each row to ``directory``'s record as it comes; raises RecordError.
+
+    With ``add`` a record that is there is continued. A reader takes the later of two rows with the same
+    names.
+    """
+    rows = emulate(plan)  # raises for a plan that is wrong, before a record is touched
+    with Writer(directory) as writer:
+        before = writer.resume() if add else None
+        if before is None:
+            writer.create(_header(plan))
+        known = before.processors if before else []
+        writer.extend(facts for processor in plan.processors if (facts := processor.facts) not in known)
+        for row in rows:
+            writer.append(row)
+            yield row
+
+
+def _header(plan: Plan) -> Header:
+    settings = {
+        "vehicles": [vehicle.name for vehicle in plan.vehicles],
+        "targets": [processor.name for processor in plan.processors],
+        "methods": list(plan.methods),
+        "scalars": list(plan.scalars),
+        "limits": list(plan.limits),
+        "faults": plan.faults,
+        "demands": list(plan.demands),
+        "n_demands": plan.n,
+    }
+    return begun(plan.seed, settings)

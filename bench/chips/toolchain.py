@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 
 from alloc import AllocError
-from bench.chips.target import Target
+from bench.chips.processors import Processor
 
 
 class ToolError(AllocError):
@@ -22,21 +22,21 @@ TIME_LIMIT_S = 900
 """The longest command takes about a minute: OSQP's C in double precision, where double is software."""
 
 
-def missing(target: Target) -> str:
-    """Tools that a target lacks and how to get them, in one line; empty where it lacks nothing."""
-    if target.callgrind and platform.machine() != "x86_64":
-        return f"{target.name} needs callgrind on an x86-64 machine: it emulates no other"
-    commands = [f"{target.tools}gcc", target.emulator[0], "gcc"]
+def missing(processor: Processor) -> str:
+    """Tools that a processor lacks and how to get them, in one line; empty where it lacks nothing."""
+    if processor.callgrind and platform.machine() != "x86_64":
+        return f"{processor.name} needs callgrind on an x86-64 machine: it emulates no other"
+    commands = [f"{processor.tools}gcc", processor.emulator[0], "gcc"]
     absent = [command for command in dict.fromkeys(commands) if not shutil.which(command)]
-    if not absent and not _has_c_library(target):
+    if not absent and not _has_c_library(processor):
         absent = ["a C library for it"]
-    remedy = f"apt-get install {' '.join(target.packages)} (or make emulate)"
-    return f"{target.name} needs {', '.join(absent)}: {remedy}" if absent else ""
+    remedy = f"apt-get install {' '.join(processor.packages)} (or make emulate)"
+    return f"{processor.name} needs {', '.join(absent)}: {remedy}" if absent else ""
 
 
-def versions(target: Target) -> dict[str, str]:
-    """Versions of a target's compiler and emulator, by command."""
-    printed = {name: run([name, "--version"]) for name in (f"{target.tools}gcc", target.emulator[0])}
+def versions(processor: Processor) -> dict[str, str]:
+    """Versions of a processor's compiler and emulator, by command."""
+    printed = {name: run([name, "--version"]) for name in (f"{processor.tools}gcc", processor.emulator[0])}
     return {name: (re.search(r"\d+\.\d+(\.\d+)?", text) or [""])[0] for name, text in printed.items()}
 
 
@@ -81,8 +81,8 @@ def scratch() -> Path:
     return Path(folder)
 
 
-def _has_c_library(target: Target) -> bool:
+def _has_c_library(processor: Processor) -> bool:
     # Debian's compilers come without a C library, which is another package.
     headers = ["-xc", "-E", "-o", "/dev/null", "-"]
     code = "#include <unistd.h>\n"
-    return ended([f"{target.tools}gcc", *target.flags, *headers], given=code).returncode == 0
+    return ended([f"{processor.tools}gcc", *processor.flags, *headers], given=code).returncode == 0

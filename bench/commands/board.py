@@ -48,8 +48,7 @@ def command(
     assert vehicle is not None
     from alloc import load_vehicle
     from bench.chips import esc, kernels
-    from bench.chips.board.files import write
-    from bench.chips.board.project import plan
+    from bench.chips.board.project import plan, write
     from bench.chips.study import CLASSES
     from bench.results.text import cut_note, plural
 
@@ -63,7 +62,7 @@ def command(
             echo(line)
         if demands_of.left_out:
             echo(cut_note(demands_of.name, len(demands_of.taus), demands_of.left_out))
-    for reason in project.left_out:
+    for reason in project.omissions:
         echo(f"left out: {reason}")
     sets = len(project.sets) + len(project.thrusts)
     said = f"{plural(len(project.kernels), 'method')}, {plural(sets, 'demand set')}"
@@ -72,11 +71,11 @@ def command(
 
 
 def _read(log: Path, out: Path, name: str) -> int:
-    from bench.chips.board.keep import keep
+    from bench.chips.board.record import keep
     from bench.report import render
 
     kept = keep(log, out, name)
-    for line in kept.said:
+    for line in kept.lines:
         echo(line)
     for folder in kept.folders:
         echo(f"Report: {render(folder)}")

@@ -60,19 +60,17 @@ def command(
     from alloc import NotApplicable, list_vehicles, load_vehicle
     from alloc.errors import NotInstalled
     from bench.chips import kernels
-    from bench.chips.record import write
-    from bench.chips.study import CLASSES, Plan
-    from bench.chips.target import target
-    from bench.chips.target import targets as every
+    from bench.chips.processors import processor, processors
+    from bench.chips.study import CLASSES, Plan, write
     from bench.report import render
     from bench.results.emulated import refusal_reason
 
     for name in targets:
-        target(name)  # raises for one that is not known
-    counted = [one for one in every() if one.callgrind or not targets or one.name in targets]
+        processor(name)  # raises for one that is not known
+    counted = [one for one in processors() if one.callgrind or not targets or one.name in targets]
     plan = Plan(
         vehicles=tuple(load_vehicle(name) for name in vehicles or list_vehicles()),
-        targets=tuple(sorted(counted, key=lambda one: one.callgrind)),
+        processors=tuple(sorted(counted, key=lambda one: one.callgrind)),
         methods=kernels.as_c(methods) or (*kernels.methods(), *kernels.prepared()),
         scalars=("double", "float") if scalars is None else ("float",) if scalars == "float" else ("double",),
         limits=limits or ("fixed", "call"),

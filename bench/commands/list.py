@@ -22,7 +22,7 @@ def command() -> None:
 
     from alloc import catalogue, list_vehicles, load_vehicle
     from bench.chips.boards import boards
-    from bench.chips.target import names
+    from bench.chips.processors import names
     from bench.demands import list_demands
 
     console = Console(highlight=False, markup=False)

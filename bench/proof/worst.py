@@ -9,13 +9,12 @@ import numpy as np
 
 from alloc.allocation import FloatArray, IndexArray
 from alloc.c import arguments
+from bench.chips.bounds import Unbounded, bound
 from bench.chips.count import count
 from bench.chips.image import Image, link
-from bench.chips.kernel import Kernel
-from bench.chips.longest import Unbounded, bound
-from bench.chips.off import with_fault_asked
-from bench.chips.search import PARENTS, climb
-from bench.chips.target import Target, targets
+from bench.chips.kernels import Kernel
+from bench.chips.processors import Processor, processors
+from bench.chips.search import PARENTS, climb, with_fault_argument
 from bench.chips.toolchain import ToolError, missing, versions
 from bench.demands.corners import extremes
 from bench.proof.proof import Claim, WorstPath, not_shown
@@ -49,7 +48,7 @@ def counted_before(rows: Iterable[Emulated], of: Subject) -> Counted:
     return found
 
 
-def worst_path(of: Subject, on: Target, before: Counted = MappingProxyType({})) -> WorstPath:
+def worst_path(of: Subject, on: Processor, before: Counted = MappingProxyType({})) -> WorstPath:
     """The interval of the worst path for a target, with the costliest call that was seen.
 
     ``attained`` is the most that any call took: demands of all kinds with every thruster off, those that were
@@ -89,19 +88,19 @@ def worst_paths(
 ) -> tuple[list[WorstPath], list[Claim], list[Claim]]:
     """The worst paths, bounds that a call disproves, and targets that lack a tool."""
     paths, refuted, lacking = list[WorstPath](), list[Claim](), list[Claim]()
-    for target in targets():
-        if of.scalar not in target.scalars:  # in software its length depends on the numbers
+    for processor in processors():
+        if of.scalar not in processor.scalars:  # in software its length depends on the numbers
             continue
-        words = missing(target)
+        words = missing(processor)
         try:
             if not words:
-                paths.append(worst_path(of, target, before))
+                paths.append(worst_path(of, processor, before))
         except Contradicted as error:
             refuted.append(not_shown(WORST, [str(error)]))
         except ToolError as error:
             words = str(error)
         if words:
-            lacking.append(not_shown(f"The worst path on {target.name}.", [words]))
+            lacking.append(not_shown(f"The worst path on {processor.name}.", [words]))
     return paths, refuted, lacking
 
 
@@ -150,7 +149,7 @@ def _kernel(of: Subject) -> Kernel:
         limits=of.limits,
         levels=of.levels,
     )
-    return with_fault_asked(whole)
+    return with_fault_argument(whole)
 
 
 def _extremes(of: Subject, fault: int, scalar: type[np.floating]) -> FloatArray:

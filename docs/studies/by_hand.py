@@ -9,7 +9,7 @@ import numpy as np
 
 from alloc import Vehicle, build
 from alloc.program.literal import number
-from bench.chips.kernel import Kernel
+from bench.chips.kernels import Kernel
 
 
 def plain_product(vehicle: Vehicle) -> Kernel:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from alloc.allocation import FloatArray
 from alloc.c.compiled import STANDARD, compiler
-from bench.chips.kernel import SCALARS, Kernel
+from bench.chips.kernels import SCALARS, Kernel
 from bench.harness.timing import CALLGRIND, instruction_totals
 
 LOOP = Path(__file__).with_name("loop.c")

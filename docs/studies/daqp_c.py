@@ -4,7 +4,7 @@ from pathlib import Path
 
 from alloc import Vehicle
 from alloc.qp import pose_hard
-from bench.chips.kernel import Kernel, braced
+from bench.chips.kernels import Kernel, braced
 
 EQUALITY = 5
 """DAQP's mark for a row of A that is an equation: always active."""

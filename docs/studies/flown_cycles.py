@@ -16,14 +16,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bench.chips.boards import boards
+from bench.chips.boards import boards, touched
 from bench.chips.count import count
-from bench.chips.cycles import TRACED, cycles
-from bench.chips.flash import touched
+from bench.chips.cycles import TRACED, cycles, trace
 from bench.chips.image import link
-from bench.chips.kernel import Kernel
-from bench.chips.target import target
-from bench.chips.trace import trace
+from bench.chips.kernels import Kernel
+from bench.chips.processors import processor
 from bench.results.text import table
 
 FLOAT = np.float32
@@ -115,8 +113,8 @@ def main(folder: Path) -> None:
     """Print a row for each function, and what its costliest calls touch of the flash."""
     headers = {path.name: path.read_text() for path in (folder / "include").glob("*.h")}
     (board,) = [board for board in boards("cortex-m4f") if board.name == "stm32f446"]
-    processor = target("cortex-m4f")
-    processor = replace(processor, flags=(*processor.flags, "-ffp-contract=off"))  # as they compile
+    core = processor("cortex-m4f")
+    core = replace(core, flags=(*core.flags, "-ffp-contract=off"))  # as they compile
     given, rows = calls(asked(), np.zeros((1000, 8), FLOAT)), []
     for function in FUNCTIONS:
         kernel = Kernel(
@@ -135,7 +133,7 @@ def main(folder: Path) -> None:
             },
         )
         with tempfile.TemporaryDirectory() as place:
-            image = link(kernel, processor, Path(place))
+            image = link(kernel, core, Path(place))
             counted = count(image, given[function.entry])
             if function.entry == "alloc_wrench_to_thrust":
                 given = calls(asked(), counted.F.astype(FLOAT))
@@ -147,7 +145,7 @@ def main(folder: Path) -> None:
             ]
         warm, cold = (max(each) for each in zip(*seen, strict=True))
         least, _, most = function.measured
-        without, behind = found[processor.name], found[board.name]
+        without, behind = found[core.name], found[board.name]
         inside = "yes" if behind.low <= most <= behind.high else "no"
         mean, worst = counted.instructions.mean(), counted.instructions.max()
         rows.append(

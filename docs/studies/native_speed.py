@@ -20,8 +20,7 @@ import numpy as np
 
 from alloc import NotApplicable, Vehicle, build, catalogue, load_vehicle
 from alloc.allocation import FloatArray
-from bench.chips.kernel import Kernel
-from bench.chips.kernels import build_kernel
+from bench.chips.kernels import Kernel, build_kernel
 from bench.demands import build_demands
 from bench.harness.timing import no_garbage_collection, sample
 from by_hand import plain_product

@@ -26,7 +26,7 @@ from alloc.solvers import osqp as osqp_binding
 from bench.chips.count import count
 from bench.chips.image import link
 from bench.chips.kernels import build_kernel
-from bench.chips.target import Target, target
+from bench.chips.processors import Processor, processor
 from bench.chips.toolchain import ToolError, run
 from bench.demands import build_demands
 from bench.results.text import table, three
@@ -174,7 +174,7 @@ def _edited(solver: str, pattern: str, text: str) -> Any:
     return patch.object(module, "generate", edited)
 
 
-def outcome(trial: Trial, vehicles: list[Vehicle], board: Target) -> Outcome:
+def outcome(trial: Trial, vehicles: list[Vehicle], board: Processor) -> Outcome:
     """Ask all vehicles' demands; raises ToolError where the C does not link without an operating system."""
     statuses, costs, refused, distances, heap = [], [], 0, [0.0], False
     for vehicle in vehicles:
@@ -220,7 +220,7 @@ def verdict(found: Outcome, current: Outcome) -> str:
 
 def main(names: list[str]) -> None:
     """Print a table for each solver and level."""
-    vehicles, board = [load_vehicle(name) for name in names or VEHICLES], target("cortex-m7")
+    vehicles, board = [load_vehicle(name) for name in names or VEHICLES], processor("cortex-m7")
     current: dict[str, Outcome] = {}
     lines: dict[str, list[list[str]]] = {}
     for trial in trials():

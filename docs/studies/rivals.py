@@ -27,9 +27,8 @@ from alloc.rivals.generators import qoco
 from alloc.rivals.wrapper import rival
 from bench.chips.count import count
 from bench.chips.image import link
-from bench.chips.kernel import SCALARS
-from bench.chips.kernels import build_kernel, unchecked
-from bench.chips.target import Target, target
+from bench.chips.kernels import SCALARS, build_kernel, unchecked
+from bench.chips.processors import Processor, processor
 from bench.chips.toolchain import missing
 from bench.demands import build_demands
 from bench.results.text import table, three
@@ -135,7 +134,7 @@ def tally(solver: str, vehicle: Vehicle, scalar: Scalar, n: int, limits: Where, 
     )
 
 
-def price(method: str, vehicle: Vehicle, board: Target, scalar: Scalar) -> list[str]:
+def price(method: str, vehicle: Vehicle, board: Processor, scalar: Scalar) -> list[str]:
     """Cost of the check: instructions of a call that is answered and of one that is not, flash, stack."""
     sets = [build_demands(name, vehicle, SEED, 20) for name in ("active", "infeasible")]
     sizes: list[FloatArray] = []
@@ -193,7 +192,7 @@ def main(arguments: list[str]) -> None:
         told = [line for vehicle in vehicles for line in stops(vehicle, n)]
         headers = ("vehicle", "demands", "told to stop at", "given up", "farthest")
         print(f"\nQOCO:\n\n{table(headers, told)}", flush=True)
-    board = target("cortex-m7")
+    board = processor("cortex-m7")
     if limits == "call" or missing(board):
         return
     headers = ("vehicle", "scalar", "answered", "refused", "flash [B]", "stack [B]")

@@ -75,17 +75,15 @@ ENDINGS = {
 """Participles and prepositions: a name that ends with one says neither what it is nor what it does."""
 CEILINGS = {
     "alloc.allocation": 2,
-    "alloc.c": 4,
     "alloc.kernels": 14,
     "alloc.lint": 1,
     "alloc.nullspace": 2,
     "alloc.program": 4,
     "alloc.reach": 2,
     "alloc.vehicle": 14,
-    "bench.chips": 12,
     "bench.demands": 14,
     "bench.fleet": 1,
-    "bench.gate": 9,
+    "bench.gate": 4,
     "bench.harness": 8,
     "bench.inputs": 15,
     "bench.judging": 2,

@@ -10,14 +10,14 @@ import pytest
 
 import page_tables
 from bench import Run, load_run
-from bench.chips.target import target
+from bench.chips.processors import processor
 from bench.chips.toolchain import missing
 from bench.record import Capability
 from tests.places import DOCS, ROOT
 
 RESULTS = ROOT / "results"
 RUN = RESULTS / "amd-epyc-2-cores"
-M4F = target("cortex-m4f")
+M4F = processor("cortex-m4f")
 NUMBER = re.compile(r"(?<![\w.])[-−]?\d[\d,]*(?:\.\d+)?(?:e-?\d+)?(?!\w)")
 
 

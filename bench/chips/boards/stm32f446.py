@@ -1,7 +1,6 @@
 """ST's STM32F446 at its highest clock, prefetch and both caches of the flash on (RM0390, section 3.4)."""
 
-from bench.chips.boards import Board
-from bench.chips.flash import Flash
+from bench.chips.boards import Board, Flash
 
 BOARD = Board(
     processor="cortex-m4f",

@@ -1,8 +1,8 @@
 """A 64-bit Arm with Linux, such as a Raspberry Pi's."""
 
-from bench.chips.target import HOST, Target
+from bench.chips.processors import HOST, Processor
 
-TARGET = Target(
+PROCESSOR = Processor(
     tools="aarch64-linux-gnu-",
     # Without the fix for that erratum: the first of its stubs would fill a page.
     flags=("-static", "-mno-fix-cortex-a53-843419"),

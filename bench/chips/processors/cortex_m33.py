@@ -3,9 +3,9 @@
 QEMU has it as the AN505, whose secure side sees memory and devices 0x10000000 above where they lie.
 """
 
-from bench.chips.target import cortex_m
+from bench.chips.processors import cortex_m
 
-TARGET = cortex_m(
+PROCESSOR = cortex_m(
     "-mcpu=cortex-m33",
     "-mfpu=fpv5-sp-d16",
     machine="mps2-an505",

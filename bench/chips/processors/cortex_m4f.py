@@ -22,9 +22,19 @@ from typing import NamedTuple
 import numpy as np
 
 from alloc.allocation import BoolArray, IndexArray
-from bench.chips.executed import BRANCHES, MANY, ONE, WORDS, Executed, Trace, listed, plain
-from bench.chips.interval import Cycles, Unpublished
-from bench.chips.target import cortex_m
+from bench.chips.instructions import (
+    BRANCHES,
+    MANY,
+    ONE,
+    WORDS,
+    Cycles,
+    Executed,
+    Trace,
+    Unpublished,
+    listed,
+    plain,
+)
+from bench.chips.processors import cortex_m
 
 EARLY, LATE = 1, 2
 """Cycles to refill the pipeline where the target's address was known early, and where it was not; 1 more for
@@ -58,14 +68,14 @@ class Lines(NamedTuple):
 
 def cycles(trace: Trace) -> list[Cycles]:
     """Cycles of each call, its return included; raises Unpublished for what is not in the tables."""
-    names = [plain(one) for one in trace.known]
+    names = [plain(one) for one in trace.code]
     lines = Lines(
         divides=np.array([name in DIVIDED for name in names]),
         asks=np.array([name.startswith("v") for name in names]),
         memory=np.array([name in WORDS | MANY | {"ldrd", "strd"} for name in names]),
-        between=np.array([_between_words(one) for one in trace.known]),
+        between=np.array([_between_words(one) for one in trace.code]),
     )
-    return [_summed(trace.known, lines, call) for call in trace.calls]
+    return [_summed(trace.code, lines, call) for call in trace.calls]
 
 
 def _summed(known: list[Executed], lines: Lines, call: IndexArray) -> Cycles:
@@ -133,7 +143,7 @@ def _executed(before: Executed | None, one: Executed, after: Executed | None) ->
     if name in ("ldrd", "strd"):
         return Cycles(3, 3)
     if name in ARITHMETIC:
-        whole = ARITHMETIC[name] + (after is not None and bool(one.written & _read(after)))
+        whole = ARITHMETIC[name] + (after is not None and bool(one.writes & _read(after)))
         return Cycles(whole, whole)
     if name in ("mla", "mls"):  # 2 in the manual's first editions, 1 in its last
         return Cycles(1, 2)
@@ -173,7 +183,7 @@ def _word(before: Executed | None, one: Executed, after: Executed | None) -> Cyc
     name, address = plain(one), one.registers(of=slice(1, None))
     ours = 2 if "ldr" in name else 1  # STR leaves its data to the cycle of whatever follows
     theirs = ours if name == "ldr" else 2 if name == "vstr" or _is_word(after) else ours
-    waits = before is not None and bool(address & before.written)  # there is no forwarding to an address
+    waits = before is not None and bool(address & before.writes)  # there is no forwarding to an address
     literal = int("pc" in address)
     if before is None or not _is_word(before) or "ldr" not in before.name:
         return Cycles(ours + waits, max(ours, theirs) + waits + literal)
@@ -194,11 +204,11 @@ def _narrow(one: Executed | None) -> bool:
 
 def _read(one: Executed) -> set[str]:
     """Registers that an instruction of the FPU waits for."""
-    first = 0 if not one.written or ARITHMETIC.get(one.name) == 3 else 1
+    first = 0 if not one.writes or ARITHMETIC.get(one.name) == 3 else 1
     return one.registers(of=slice(first, None))
 
 
-TARGET = cortex_m(
+PROCESSOR = cortex_m(
     "-mcpu=cortex-m4",
     "-mfpu=fpv4-sp-d16",
     machine="mps2-an386",

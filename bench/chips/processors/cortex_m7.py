@@ -17,9 +17,19 @@ from typing import NamedTuple
 import numpy as np
 
 from alloc.allocation import IndexArray
-from bench.chips.executed import BRANCHES, MANY, ONE, WORDS, Executed, Trace, listed, plain
-from bench.chips.interval import Cycles, Unpublished
-from bench.chips.target import cortex_m
+from bench.chips.instructions import (
+    BRANCHES,
+    MANY,
+    ONE,
+    WORDS,
+    Cycles,
+    Executed,
+    Trace,
+    Unpublished,
+    listed,
+    plain,
+)
+from bench.chips.processors import cortex_m
 
 LONGEST = 200_000
 """Instructions of a call that is followed at most: OSQP's C takes a hundred times as many."""
@@ -62,7 +72,7 @@ class Line(NamedTuple):
     Attributes
     ----------
     cost : what it takes
-    touched, written : its registers, doubles as halves
+    touched, writes : its registers, doubles as halves
     unforeseen : whether a condition decides where execution goes on, or whether it does anything
     direct : whether it branches to an address that stands in it
     address, following : where it lies, and where execution goes on unless it branches
@@ -70,7 +80,7 @@ class Line(NamedTuple):
 
     cost: Cost
     touched: list[str]
-    written: list[str]
+    writes: list[str]
     unforeseen: bool
     direct: bool
     address: int
@@ -80,7 +90,7 @@ class Line(NamedTuple):
 def cycles(trace: Trace) -> list[Cycles]:
     """Cycles of each call; raises Unpublished for what nobody measured, or a call that is too long."""
     executed = {i for call in trace.calls for i in np.unique(_checked(call)).tolist()}
-    lines = {i: _line(trace.known[i]) for i in executed}
+    lines = {i: _line(trace.code[i]) for i in executed}
     return [_call([lines[i] for i in call.tolist()]) for call in trace.calls]
 
 
@@ -95,7 +105,7 @@ def _line(one: Executed) -> Line:
     return Line(
         cost=_cost(one),
         touched=_halves(one.registers()),
-        written=_halves(one.written),
+        writes=_halves(one.writes),
         unforeseen=conditional or one.conditional,
         direct=one.name in ("b", "bl"),
         address=one.address,
@@ -118,7 +128,7 @@ def _call(call: list[Line]) -> Cycles:
             if ready.get(register, 0) > now:
                 now = ready[register]
         until = now + cost.latency
-        for register in one.written:
+        for register in one.writes:
             ready[register] = until
         leaves = not one.direct and (i == last or call[i + 1].address != one.following)
         now += cost.most + (MISSED if one.unforeseen or leaves else 0)
@@ -157,7 +167,7 @@ def _halves(registers: set[str]) -> list[str]:
     return found
 
 
-TARGET = cortex_m(
+PROCESSOR = cortex_m(
     "-mcpu=cortex-m7",
     "-mfpu=fpv5-d16",
     machine="mps2-an500",

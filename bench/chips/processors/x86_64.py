@@ -1,8 +1,8 @@
 """A PC; Callgrind counts on it, and the ratio of another count to this one says how far it carries."""
 
-from bench.chips.target import HOST, Target
+from bench.chips.processors import HOST, Processor
 
-TARGET = Target(
+PROCESSOR = Processor(
     tools="x86_64-linux-gnu-",
     flags=("-static",),
     emulator=("valgrind",),

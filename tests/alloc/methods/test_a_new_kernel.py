@@ -16,8 +16,7 @@ from alloc.c.compiled import compiler, missing
 from alloc.discovery import find
 from alloc.errors import PluginError
 from alloc.methods import clip, recipes
-from bench.chips.board.files import write
-from bench.chips.board.project import plan
+from bench.chips.board.project import plan, write
 from bench.chips.kernels import as_c, methods
 from bench.chips.study import Plan, emulate
 from bench.gate.worker import Orders
@@ -114,7 +113,7 @@ def test_it_is_counted_on_a_processor_and_agrees_there(meek: str) -> None:
     assert f"{meek}@native" in methods()
     asked = Plan(
         vehicles=(load_vehicle("ukwial"),),
-        targets=(available("cortex-m4f"),),
+        processors=(available("cortex-m4f"),),
         methods=as_c([meek]),
         scalars=("float",),
         demands=("infeasible",),

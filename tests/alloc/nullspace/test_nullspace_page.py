@@ -11,7 +11,7 @@ import nullspace_picture
 from alloc import build, load_vehicle
 from alloc.c import Target, missing, sources
 from alloc.methods import recipe
-from bench.chips.kernel import Kernel
+from bench.chips.kernels import Kernel
 from tests.places import DOCS
 
 PAGE = (DOCS / "exact.md").read_text(encoding="utf-8")

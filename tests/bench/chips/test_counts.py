@@ -13,13 +13,13 @@ from alloc.errors import UnknownName
 from alloc.program import Scalar
 from bench.chips.count import count, count_by_systick
 from bench.chips.image import Image, link
-from bench.chips.kernel import Kernel
-from bench.chips.target import target, targets
+from bench.chips.kernels import Kernel
+from bench.chips.processors import processor, processors
 from bench.chips.toolchain import ToolError, missing
 from tests.emulators import available
 
-NAMES = [t.name for t in targets() if not t.callgrind]
-BOARDS = [t.name for t in targets() if t.bare_metal]
+NAMES = [t.name for t in processors() if not t.callgrind]
+BOARDS = [t.name for t in processors() if t.bare_metal]
 SEEN = {("cortex-m4f", "double"), ("cortex-m7", "double"), ("cortex-m33", "float")}
 """Doubles by calls and by instructions, and floats; the other three are asked with ``-m long``."""
 TAUS = np.random.default_rng(10).uniform(-3.0, 3.0, (7, 3))
@@ -104,10 +104,10 @@ def test_the_plugin_and_a_single_step_log_agree_on_aarch64(linked: Linked) -> No
 def test_callgrind_and_the_plugin_agree_on_x86(linked: Linked) -> None:
     image = linked(kernel(CLIPPED), "x86-64")
     by_callgrind = count(image, TAUS).instructions
-    emulated = replace(image.target, emulator=("qemu-x86_64",), callgrind=False)
+    emulated = replace(image.processor, emulator=("qemu-x86_64",), callgrind=False)
     if reason := missing(emulated):
         pytest.skip(reason)
-    by_plugin = count(replace(image, target=emulated), TAUS).instructions
+    by_plugin = count(replace(image, processor=emulated), TAUS).instructions
     np.testing.assert_array_equal(by_callgrind, by_plugin)
 
 
@@ -172,13 +172,13 @@ def test_constants_count_as_flash_and_variables_as_ram(linked: Linked, name: str
 
 def test_a_missing_compiler_is_named_with_its_package(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("shutil.which", lambda name: None if name == "arm-none-eabi-gcc" else name)
-    reason = missing(target("cortex-m7"))
+    reason = missing(processor("cortex-m7"))
     assert re.search(r"cortex-m7 needs arm-none-eabi-gcc: apt-get install .*newlib", reason)
 
 
 def test_an_unknown_target_is_refused_with_those_there_are() -> None:
     with pytest.raises(UnknownName, match=r"no target 'avr'; there are aarch64, cortex-m33, cortex-m4f"):
-        target("avr")
+        processor("avr")
 
 
 def test_c_that_does_not_compile_is_an_error_in_the_compilers_words(linked: Linked) -> None:

@@ -8,14 +8,12 @@ import pytest
 from alloc import load_vehicle
 from alloc.program import Scalar
 from bench.chips.count import count
-from bench.chips.cycles import cycles
-from bench.chips.executed import Executed, Trace
+from bench.chips.cycles import cycles, disassembly, trace
 from bench.chips.image import link
-from bench.chips.interval import Cycles, Unpublished
+from bench.chips.instructions import Cycles, Executed, Trace, Unpublished
 from bench.chips.kernels import build_kernel
 from bench.chips.processors.cortex_m4f import cycles as cortex_m4f
 from bench.chips.processors.cortex_m7 import cycles as cortex_m7
-from bench.chips.trace import disassembly, trace
 from bench.demands import build_demands
 from tests.emulators import available
 
@@ -80,13 +78,13 @@ def test_a_branch_that_is_taken_refills_the_pipeline_in_one_or_two_cycles() -> N
     stays = run("cmp r0, #1", "ble 100", "mov r1, r2")
     assert cortex_m4f(stays) == [(2 + 1 + 2, 2 + 1 + 4)]
     for size, at, extra in ((2, 0, 0), (2, 2, 0), (4, 0, 0), (4, 2, 1)):
-        known = run("cmp r0, #1", "ble 100", "mov r1, r2", "add r1, r2, r3", size=size, at=at).known
+        known = run("cmp r0, #1", "ble 100", "mov r1, r2", "add r1, r2, r3", size=size, at=at).code
         goes = Trace(known, [np.array([0, 1, 3, 4])])  # over the mov
         assert cortex_m4f(goes) == [(1 + 2 + 1 + 2 + extra, 1 + 3 + 1 + 4 + extra)]
 
 
 def test_a_table_branch_takes_six_cycles_as_the_manual_counts_them() -> None:
-    known = run("tbb [pc; r1]", "mov r1, r2", "mov r3, r4").known
+    known = run("tbb [pc; r1]", "mov r1, r2", "mov r3, r4").code
     assert cortex_m4f(Trace(known, [np.array([0, 2, 3])])) == [(6 + 1 + 2, 6 + 1 + 4)]
 
 
@@ -145,4 +143,4 @@ def test_a_kernel_s_interval_holds_its_instructions_and_is_narrow(
     assert span.low >= counted.instructions.max() * (0.9 if name == "cortex-m4f" else 0.5)
     traced = trace(image, taus, counted.instructions)
     assert sorted(map(len, traced.calls)) == sorted(counted.instructions.tolist())
-    assert {one.address for one in disassembly(image.path, image.target.tools)} >= {image.entry}
+    assert {one.address for one in disassembly(image.path, image.processor.tools)} >= {image.entry}

@@ -6,12 +6,12 @@ import pytest
 
 from alloc import NotApplicable, load_vehicle
 from bench.chips import esc
-from bench.chips.target import target
+from bench.chips.processors import processor
 from bench.chips.toolchain import missing
 from bench.record import Emulated
 
 HEAVY = load_vehicle("bluerov2-heavy")
-M4F = target("cortex-m4f")
+M4F = processor("cortex-m4f")
 ROW = Emulated(vehicle=HEAVY.name, target=M4F.name, method=esc.METHOD, scalar="float", limits="fixed", seed=0)
 needs_tools = pytest.mark.skipif(bool(missing(M4F)), reason=missing(M4F) or "-")
 

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from alloc import load_vehicle
-from bench.chips.boards import boards
+from bench.chips.boards import Flash, Touched, boards, touched, waiting
 from bench.chips.count import count
-from bench.chips.flash import Flash, Touched, touched, waiting
+from bench.chips.cycles import trace
 from bench.chips.image import link
-from bench.chips.interval import Cycles
+from bench.chips.instructions import Cycles
 from bench.chips.kernels import build_kernel
-from bench.chips.trace import trace
 from bench.demands import build_demands
 from flown_cycles import FUNCTIONS
 from tests.emulators import available
@@ -92,7 +91,7 @@ def test_a_trace_knows_each_constant_that_a_kernel_loads_from_flash(tmp_path: Pa
     taus = build_demands("active", vehicle, 0, 2).taus
     followed = trace(image, taus, count(image, taus).instructions)
     for call, loads in zip(followed.calls, followed.loads, strict=True):
-        executed = [followed.known[i] for i in call]
+        executed = [followed.code[i] for i in call]
         literals = [
             one for one in executed if one.name in ("vldr", "ldr", "tbh") and "pc" in str(one.operands)
         ]

@@ -26,10 +26,9 @@ from bench.chips.count import CallCounts, count
 from bench.chips.image import Image, link
 from bench.chips.install import install
 from bench.chips.kernels import build_kernel, unchecked
-from bench.chips.record import write
+from bench.chips.processors import Processor, processor, processors
 from bench.chips.search import climb
-from bench.chips.study import CLASSES, Plan, emulate, first
-from bench.chips.target import Target, target, targets
+from bench.chips.study import CLASSES, Plan, emulate, first, write
 from bench.demands import build_demands, labelled
 from bench.demands.generated import edge_demands, numbered
 from bench.proof import subject
@@ -50,12 +49,12 @@ def linked(method: str, vehicle: str, scalar: Scalar, name: str, folder: Path) -
 
 
 def small_plan(
-    vehicle: str, where: Target, method: str, demands: Sequence[str] = CLASSES, n: int = 5
+    vehicle: str, where: Processor, method: str, demands: Sequence[str] = CLASSES, n: int = 5
 ) -> Plan:
     """One vehicle, target and method in double precision."""
     return Plan(
         vehicles=(load_vehicle(vehicle),),
-        targets=(where,),
+        processors=(where,),
         methods=(method,),
         scalars=("double",),
         demands=tuple(demands),
@@ -151,7 +150,8 @@ SAME_PATHS = {
     [pytest.param(*goal, marks=pytest.mark.long if goal[:2] in SAME_PATHS else ()) for goal in GOALS],
 )
 @pytest.mark.parametrize(
-    ("name", "scalar", "factor"), [(each.name, each.scalars[0], each.goal) for each in targets() if each.goal]
+    ("name", "scalar", "factor"),
+    [(each.name, each.scalars[0], each.goal) for each in processors() if each.goal],
 )
 def test_worst_counts_stack_and_ram_keep_within_the_goals(
     vehicle: str, method: str, most: int, name: str, scalar: Scalar, factor: float, tmp_path: Path
@@ -373,7 +373,7 @@ def test_calls_with_a_thruster_off_are_asked_too_and_stand_beside_the_others(
 
 def test_a_missing_emulator_is_a_row_that_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("shutil.which", lambda name: None if name == "qemu-aarch64" else name)
-    plan = small_plan("ukwial", target("aarch64"), "pinv@native")
+    plan = small_plan("ukwial", processor("aarch64"), "pinv@native")
     (row,) = emulate(plan)
     assert row.status == "missing"
     assert "apt-get install qemu-user" in row.reason
@@ -383,7 +383,7 @@ def test_adding_to_a_folder_without_a_record_begins_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("shutil.which", lambda name: None)
-    plan = small_plan("ukwial", target("aarch64"), "pinv@native")
+    plan = small_plan("ukwial", processor("aarch64"), "pinv@native")
     for rows_so_far in (1, 2):
         list(write(plan, tmp_path, add=True))
         assert len(read(tmp_path).emulated) == rows_so_far

@@ -2,8 +2,8 @@
 
 from alloc import load_vehicle
 from alloc.reach.zonotope import zonotope
+from bench.chips.bounds import least_instructions
 from bench.chips.kernels import build_kernel
-from bench.chips.least import least_instructions
 
 
 def test_ukwial_reads_three_writes_and_makes_four_and_looks_at_six_pairs_of_facets() -> None:

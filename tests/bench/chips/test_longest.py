@@ -2,7 +2,7 @@
 
 import pytest
 
-from bench.chips.longest import Unbounded, longest
+from bench.chips.bounds import Unbounded, longest
 
 HEAD = "\n{entry:08x} <{name}>:\n"
 

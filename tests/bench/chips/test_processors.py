@@ -8,18 +8,17 @@ from click.testing import CliRunner
 
 from alloc import load_vehicle
 from bench.__main__ import cli
-from bench.chips import processors
-from bench.chips.board.files import files
-from bench.chips.board.project import plan
-from bench.chips.target import names, target, targets
+from bench.chips import processors as room
+from bench.chips.board.project import files, plan
+from bench.chips.processors import names, processor, processors
 from bench.proof import subject, worst
 from bench.record import read
 from tests.emulators import available
 
 MADE_UP = """
-from bench.chips.target import cortex_m
+from bench.chips.processors import cortex_m
 
-TARGET = cortex_m(
+PROCESSOR = cortex_m(
     "-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16", machine="mps2-an386", tick_hz=25_000_000,
     scalars=("float",), cpi=(1.5, 2.5), basis="made up for a test", goal=2.0,
 )
@@ -32,8 +31,8 @@ def made_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     available("cortex-m4f")
     (tmp_path / "processors").mkdir()
     (tmp_path / "processors/made_up.py").write_text(MADE_UP)
-    monkeypatch.setattr(processors, "__path__", [*processors.__path__, str(tmp_path / "processors")])
-    monkeypatch.delitem(sys.modules, f"{processors.__name__}.made_up", raising=False)
+    monkeypatch.setattr(room, "__path__", [*room.__path__, str(tmp_path / "processors")])
+    monkeypatch.delitem(sys.modules, f"{room.__name__}.made_up", raising=False)
     return "made-up"
 
 
@@ -63,7 +62,7 @@ def test_a_made_up_processor_is_counted_listed_reported_and_sized(made_up: str, 
 def test_a_made_up_processor_has_a_worst_path_and_a_board_of_qemu_s(
     made_up: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(worst, "targets", lambda: [one for one in targets() if one.name == made_up])
+    monkeypatch.setattr(worst, "processors", lambda: [one for one in processors() if one.name == made_up])
     vehicle = load_vehicle("ukwial")
     paths, refuted, lacking = worst.worst_paths(subject(vehicle, "pinv", "float", "fixed"), {})
     assert not lacking + refuted
@@ -75,14 +74,14 @@ def test_a_made_up_processor_has_a_worst_path_and_a_board_of_qemu_s(
 
 
 def test_each_file_is_a_processor_that_bears_its_name() -> None:
-    stems = {path.stem for path in Path(processors.__path__[0]).glob("*.py")} - {"__init__"}
+    stems = {path.stem for path in Path(room.__path__[0]).glob("*.py")} - {"__init__"}
     assert {name.replace("-", "_") for name in names()} == stems
-    assert [one.name for one in targets()] == names() == sorted(names())
-    assert [one.name for one in targets() if one.callgrind] == ["x86-64"]
+    assert [one.name for one in processors()] == names() == sorted(names())
+    assert [one.name for one in processors() if one.callgrind] == ["x86-64"]
 
 
 def test_a_processor_of_a_record_says_what_reports_ask() -> None:
     """Only the file tells a float FPU with a minimum from one without."""
-    facts = target("cortex-m33").facts
+    facts = processor("cortex-m33").facts
     assert (facts.name, facts.scalars, facts.microcontroller) == ("cortex-m33", ["float"], True)
     assert facts.cpi[0] < facts.cpi[1]

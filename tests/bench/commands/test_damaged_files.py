@@ -22,8 +22,7 @@ import pytest
 from alloc import list_vehicles, load_vehicle
 from alloc.vehicle.file import find_file
 from bench.__main__ import main
-from bench.chips.board.files import write
-from bench.chips.board.project import plan
+from bench.chips.board.project import plan, write
 from bench.inputs.demand_csv import format_demands
 from tests.bench.inputs.test_import import MAELSTROM, MANTA, NAUTILUS
 from tests.board_logs import opened, sealed

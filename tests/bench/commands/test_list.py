@@ -5,7 +5,7 @@ from click.testing import CliRunner
 
 from alloc import catalogue, list_vehicles
 from bench.chips.boards import boards
-from bench.chips.target import names
+from bench.chips.processors import names
 from bench.commands.list import command
 from bench.demands import list_demands
 

@@ -89,7 +89,7 @@ def test_safe_c_that_sends_something_else_than_python_is_told(
 
 
 def test_the_page_names_all_files_that_it_speaks_of(monkeypatch) -> None:
-    monkeypatch.setattr("bench.proof.worst.targets", lambda: ())
+    monkeypatch.setattr("bench.proof.worst.processors", lambda: ())
     of = subject(BLUEROV2, "pinv", "float", "fixed")
     proof, made = prove(of), esc.files(of)
     assert proof.esc_files == [*made]

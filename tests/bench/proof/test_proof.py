@@ -199,7 +199,7 @@ def test_the_command_writes_proof_page_and_the_c_they_speak_of(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The hash in proof.json is that of the files beside it, and the self-test prints it."""
-    monkeypatch.setattr("bench.proof.worst.targets", lambda: ())  # tests/bench/proof/test_worst.py
+    monkeypatch.setattr("bench.proof.worst.processors", lambda: ())  # tests/bench/proof/test_worst.py
     out = tmp_path / "proof"
     done = CliRunner().invoke(
         command,
@@ -221,7 +221,7 @@ def test_the_command_writes_proof_page_and_the_c_they_speak_of(
 
 def test_a_proof_says_what_it_looks_at(monkeypatch: pytest.MonkeyPatch) -> None:
     """The command prints each step; C that may write anywhere is not run."""
-    monkeypatch.setattr("bench.proof.worst.targets", lambda: ())
+    monkeypatch.setattr("bench.proof.worst.processors", lambda: ())
     steps = list[str]()
     made = prove(subject(UKWIAL, "pinv", "double", "fixed"), say=steps.append)
     assert steps == ["memory, status and limits", "answers to many demands", "rounding", "worst paths"]

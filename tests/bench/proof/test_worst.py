@@ -52,7 +52,7 @@ def test_a_call_above_the_bound_makes_a_proof_red(monkeypatch: pytest.MonkeyPatc
     """Were the graph read wrong, the emulator would tell."""
     monkeypatch.setattr("bench.proof.worst.bound", lambda *_: 34)
     cortex = available("cortex-m7")
-    monkeypatch.setattr(worst, "targets", lambda: (cortex,))
+    monkeypatch.setattr(worst, "processors", lambda: (cortex,))
     of = subject(load_vehicle("ukwial"), "pinv", "double", "fixed")
     with pytest.raises(Contradicted, match="the longest path 34"):
         worst_path(of, cortex)

@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 from alloc.errors import UnknownName
 from bench.__main__ import cli
-from bench.chips.target import target
+from bench.chips.processors import processor
 from bench.record import SCHEMA, Emulated, Header
 from bench.record.file import Writer
 from bench.report.sections.emulation import summary
@@ -39,7 +39,7 @@ def printed(folder: Path, *rows: Emulated, board: str = "stm32f446", more: tuple
         writer.create(
             Header(schema=SCHEMA, started="", commit="", seed=0, machine={}, versions={}, settings={})
         )
-        writer.extend([target("cortex-m4f").facts])
+        writer.extend([processor("cortex-m4f").facts])
         writer.extend(rows)
     return asked(folder, board, more)
 

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from msgspec.structs import replace
 
 from bench.__main__ import cli
-from bench.chips.target import target
+from bench.chips.processors import processor
 from bench.record import Batch, Cell, Emulated, Judged, Key, Line, Method, Problem, Worker
 from bench.report import together
 from bench.report.html import data, html
@@ -136,7 +136,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     folder = tmp_path_factory.mktemp("runs")
     written = {"one": lines(1, 1.0), "two": lines(2, 9.0)}
     written["counted"] = [
-        *(made_up.header(), target("cortex-m7").facts),
+        *(made_up.header(), processor("cortex-m7").facts),
         *(kernel("nullspace@native", 150), kernel("pinv@native", 40)),
     ]
     for name, record in written.items():

@@ -1,11 +1,11 @@
 """The table of methods on a microcontroller: what stands in it, from made-up counts."""
 
-from bench.chips.target import target
+from bench.chips.processors import processor
 from bench.record import Emulated
 from bench.report.sections.emulation import microcontroller
 from bench.results.emulated import emulated_rows
 
-M4F = [target("cortex-m4f").facts]
+M4F = [processor("cortex-m4f").facts]
 
 
 def counted(

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.__main__ import cli
-from bench.chips.target import target, targets
+from bench.chips.processors import processor, processors
 from bench.record import SCHEMA, Emulated, Header
 from bench.record.file import Writer
 from bench.report import render
@@ -17,7 +17,7 @@ from bench.results.emulated import Cpi, assumed_cpi, bands, emulated_rows, perio
 from bench.results.size import Fit, Loop
 from tests import made_up
 
-M7 = assumed_cpi([target("cortex-m7").facts])
+M7 = assumed_cpi([processor("cortex-m7").facts])
 positive = st.floats(1e-3, 1e9)
 
 
@@ -53,7 +53,7 @@ def directory(tmp_path: Path) -> Path:
                 settings={},
             )
         )
-        writer.append(target("cortex-m7").facts)
+        writer.append(processor("cortex-m7").facts)
         writer.append(emulated("cortex-m7", "active", (100, 3), (112, 1)))
         writer.append(emulated("cortex-m7", "search", (110, 50), (120, 2)))
         writer.append(emulated("x86-64", "active", (80, 4)))
@@ -72,7 +72,7 @@ def test_a_share_is_the_time_over_the_period(instructions: float, clock_hz: floa
 
 
 def test_every_assumption_on_cycles_is_a_band_with_a_basis() -> None:
-    for one in targets():
+    for one in processors():
         found = assumed_cpi([one.facts]).get(one.name)
         assert (found is None) == one.callgrind  # beside it all others stand
         if found is not None:
@@ -157,7 +157,7 @@ def test_size_prints_a_band_and_what_it_rests_on(directory: Path) -> None:
 def test_the_longest_path_is_named_only_where_it_was_worked_out(tmp_path: Path) -> None:
     for at_most, said in ((None, False), (200, True)):
         counted = msgspec.structs.replace(emulated("cortex-m7", "active", (100, 3)), at_most=at_most)
-        made_up.record(tmp_path, made_up.header(), target("cortex-m7").facts, counted)
+        made_up.record(tmp_path, made_up.header(), processor("cortex-m7").facts, counted)
         printed = CliRunner().invoke(cli, ["size", str(tmp_path), "--rate", "100", "--clock", "168"]).stdout
         assert ("no call takes more" in printed) is said
 

@@ -9,7 +9,7 @@ import pytest
 from msgspec.structs import replace
 
 from alloc import Vehicle, load_vehicle
-from bench.chips.target import target
+from bench.chips.processors import processor
 from bench.demands import build_demands
 from bench.harness.lines import problem as problem_line
 from bench.inputs.logs import LogOptions
@@ -259,7 +259,7 @@ def test_an_emulated_processor_stands_among_machines_at_its_clock(tmp_path: Path
         agrees=True,
     )
     timed = steady("nullspace@native", 1, exact=True)
-    emulated = folder(tmp_path, "c", target("cortex-m7").facts, counted)
+    emulated = folder(tmp_path, "c", processor("cortex-m7").facts, counted)
     machines: list[NamedRun] = read_machines([folder(tmp_path, "a", timed), emulated])
 
     def fits(loop: Loop) -> Size:

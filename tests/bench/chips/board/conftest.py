@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from alloc import load_vehicle
-from bench.chips.board.heard import Heard, boards
+from bench.chips.board.log import Heard, boards
 from bench.chips.board.project import plan
 from bench.inputs.board_log import read_board_log
 from tests.board_projects import SETS, Hear, printed, project

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from alloc import AllocError, load_vehicle
-from bench.chips.board.heard import Heard
-from bench.chips.board.keep import keep
+from bench.chips.board.log import Heard
+from bench.chips.board.record import keep
 from bench.inputs.board_log import LogError, answered, parse, seen
 from bench.record import read
 from tests.board_logs import forged, opened, sealed
@@ -20,7 +20,7 @@ from tests.board_projects import Hear, project
 def numbers(heard: Heard) -> dict[object, object]:
     """Everything that would be kept of a board, as values that compare."""
     kept: dict[object, object] = {name: d.taus.tobytes() for name, d in heard.demands.items()}
-    for key, runs in heard.asked.items():
+    for key, runs in heard.runs.items():
         for run in runs:
             arrays = (run.F.tobytes(), run.status.tobytes(), run.ticks.tobytes())
             kept[key] = (*arrays, tuple(run.ones), tuple(run.passes), run.worst_demand, run.worst_ticks)
@@ -54,7 +54,7 @@ def test_with_one_byte_in_a_hundred_changed_no_wrong_number_is_kept(log: bytes, 
         except LogError:
             continue
         for heard in found:
-            survived += len(heard.asked)
+            survived += len(heard.runs)
             assert numbers(heard).items() <= whole.items()
     assert survived > 20  # or the check above checks nothing
 
@@ -63,7 +63,7 @@ def test_lost_bytes_cost_their_block_and_it_is_named(log: bytes, tmp_path: Path)
     at = log.index(b"ask", log.index(b"nullspace@native active")) - 200
     (tmp_path / "LOG").write_bytes(log[:at] + log[at + 30 :])
     kept = keep(tmp_path / "LOG", tmp_path / "run")
-    assert any("nullspace@native on active" in line for line in kept.said)
+    assert any("nullspace@native on active" in line for line in kept.lines)
     cells = {(cell.key.method, cell.key.demands) for cell in read(tmp_path / "run").cells}
     assert ("nullspace@native", "active") not in cells
     assert ("nullspace@native", "infeasible") in cells
@@ -82,14 +82,14 @@ def test_a_damaged_line_is_not_missing_too(
     change: Callable[[list[bytes]], list[bytes]], said: str, log: bytes, tmp_path: Path
 ) -> None:
     (tmp_path / "LOG").write_bytes(b"\n".join(change(log.split(b"\n"))))
-    assert said in keep(tmp_path / "LOG", tmp_path / "run").said
+    assert said in keep(tmp_path / "LOG", tmp_path / "run").lines
 
 
 def test_a_reset_in_the_middle_is_a_repeat_of_what_was_whole_before(log: bytes, tmp_path: Path) -> None:
     cut = log.index(b"pinv@native active")
     (tmp_path / "LOG").write_bytes(log[:cut] + b"\xff\x00" + log)
     kept = keep(tmp_path / "LOG", tmp_path / "run")
-    assert "the log has 2 starts, 1 of which ran to the end" in kept.said
+    assert "the log has 2 starts, 1 of which ran to the end" in kept.lines
     repeats = [
         (cell.key.method, cell.key.demands) for cell in read(tmp_path / "run").cells if cell.key.repeat == 1
     ]
@@ -103,8 +103,8 @@ def test_a_block_that_a_reset_tore_apart_is_not_made_whole_by_the_next_start(log
     inside = next(i for i, line in enumerate(lines) if b" one " in line)
     body = lines[inside].rsplit(b" ", 1)[0].replace(b" one ", b" all ")
     torn = [*lines[:inside], b"%s %08x\n" % (body, zlib.crc32(body)), *lines[inside + 1 :]]
-    assert sum(map(len, hear(log)[0].asked.values())) == 7
-    assert sum(map(len, hear(b"".join(torn))[0].asked.values())) == 6
+    assert sum(map(len, hear(log)[0].runs.values())) == 7
+    assert sum(map(len, hear(b"".join(torn))[0].runs.values())) == 6
 
 
 def test_a_log_of_before_shares_were_printed_is_still_read(leveled: bytes, hear: Hear) -> None:
@@ -119,10 +119,10 @@ def test_a_log_of_before_shares_were_printed_is_still_read(leveled: bytes, hear:
             lines[i] = b" ".join(line.split(b" ")[: ends + 1])
     (old,) = hear(sealed(lines))
     (new,) = hear(leveled)
-    for key, (run,) in old.asked.items():
+    for key, (run,) in old.runs.items():
         assert run.shares.shape[1] == 0
-        np.testing.assert_array_equal(run.F, new.asked[key][0].F)
-        assert run.ones == new.asked[key][0].ones
+        np.testing.assert_array_equal(run.F, new.runs[key][0].F)
+        assert run.ones == new.runs[key][0].ones
 
 
 @pytest.mark.parametrize("text", [b"", b"\x00\xff" * 500, b"tb or not tb\n" * 9, b"tb 0 board 0 00000000\n"])
@@ -188,7 +188,7 @@ def test_what_would_move_a_terminal_s_cursor_is_not_printed(log: bytes, tmp_path
     lines.insert(1, b"nonsense \x1b]0;mine\x07")
     (tmp_path / "LOG").write_bytes(sealed(lines))
     try:
-        said = keep(tmp_path / "LOG", tmp_path / "out").said
+        said = keep(tmp_path / "LOG", tmp_path / "out").lines
     except AllocError as error:
         said = [str(error)]
     assert all(line.isprintable() for line in said)

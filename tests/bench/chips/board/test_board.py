@@ -11,11 +11,9 @@ from click.testing import CliRunner
 from alloc import NotApplicable, load_vehicle
 from alloc.formulations import Family
 from bench.__main__ import cli
-from bench.chips.board.files import write
-from bench.chips.board.heard import boards
-from bench.chips.board.keep import keep
-from bench.chips.board.measured import lines
-from bench.chips.board.project import plan
+from bench.chips.board.log import boards
+from bench.chips.board.project import plan, write
+from bench.chips.board.record import keep, lines
 from bench.inputs.board_log import LogError, read_board_log
 from bench.record import Method, read
 from bench.report import render
@@ -32,7 +30,7 @@ from tests.board_projects import METHODS, SETS, make, project
 def test_a_log_becomes_a_run_like_any_other(log: bytes, tmp_path: Path) -> None:
     (tmp_path / "LOG").write_bytes(log)
     kept = keep(tmp_path / "LOG", tmp_path / "run", "Desk 1")
-    assert kept.good, kept.said
+    assert kept.good, kept.lines
     (machine,) = read_machines([tmp_path / "run"])
     assert machine.name == "desk-1"
     record = read(tmp_path / "run")
@@ -149,6 +147,10 @@ def test_what_a_vehicle_does_not_have_is_left_out_and_said() -> None:
     made = plan(vehicle, asked, ("active", "jolts"), "double", "fixed", 5, 0)
     assert [kernel.method for kernel in made.kernels] == ["pinv@native"]
     assert [demands.name for demands in made.sets] == ["active"]
-    assert [reason.partition(":")[0] for reason in made.left_out] == ["walsh@native", "clip@library", "jolts"]
+    assert [reason.partition(":")[0] for reason in made.omissions] == [
+        "walsh@native",
+        "clip@library",
+        "jolts",
+    ]
     with pytest.raises(NotApplicable, match="supply-vessel: nothing is left to ask"):
         plan(vehicle, ("walsh@native",), ("active",), "double", "fixed", 5, 0)

@@ -12,10 +12,8 @@ import pytest
 from alloc import build, load_vehicle
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.program import Scalar, Where
-from bench.chips.board.files import write
-from bench.chips.board.keep import keep
-from bench.chips.board.measured import counts, lines
-from bench.chips.board.project import plan
+from bench.chips.board.project import plan, write
+from bench.chips.board.record import counts, keep, lines
 from bench.chips.kernels import own
 from bench.demands import labelled
 from bench.demands.generated import edge_demands, numbered
@@ -39,7 +37,7 @@ def test_single_precision_s_answers_on_the_edge_are_right_however_weak_a_thruste
     write(plan(torpedo(), methods, sets, "float", "fixed", 60, 3, "none"), tmp_path)
     make(tmp_path, "log", "CFLAGS=-O1 -DBOARD_PASSES=1")
     kept = keep(tmp_path / "build/posix/LOG", tmp_path / "run")
-    assert kept.good, kept.said
+    assert kept.good, kept.lines
     (beyond,) = [
         r for r in read_run(tmp_path / "run").rows if r.formulation == "scaled" and not r.solved_fraction
     ]
@@ -58,7 +56,7 @@ def test_a_wrong_answer_is_judged_by_equations(log: bytes, tmp_path: Path) -> No
     make(tmp_path, "log", "CFLAGS=-O1 -DBOARD_PASSES=1")
     kept = keep(tmp_path / "build/posix/LOG", tmp_path / "run")
     assert not kept.good
-    assert any("nullspace@native on active: SOLVED, but the wrench is not met" in line for line in kept.said)
+    assert any("nullspace@native on active: SOLVED, but the wrench is not met" in line for line in kept.lines)
 
 
 Becomes = bytes | Callable[[re.Match[bytes]], bytes]
@@ -128,8 +126,8 @@ def test_answers_that_no_equation_refuses_are_held_to_python_s(
     assert not kept.good
     for name in names:
         place = f"{method}@native on {name.decode()}: "  # equations may say something of it too
-        assert any(place in line and said in line for line in kept.said)
-    others = [line for line in kept.said if " on " in line and not line.startswith(method)]
+        assert any(place in line and said in line for line in kept.lines)
+    others = [line for line in kept.lines if " on " in line and not line.startswith(method)]
     assert not others
 
 
@@ -157,7 +155,7 @@ def test_every_method_s_own_c_is_right_also_where_rounding_decides(
     write(replace(made, sets=(*made.sets, at_limits)), tmp_path)
     make(tmp_path, "log", "CFLAGS=-O1 -DBOARD_PASSES=1")
     kept = keep(tmp_path / "build/posix/LOG", tmp_path / "run")
-    assert kept.good, kept.said
+    assert kept.good, kept.lines
 
 
 @pytest.mark.parametrize(("scalar", "method"), [("float", "redistribute"), ("double", "priority")])
@@ -183,9 +181,9 @@ def test_a_log_holds_what_was_delivered_of_each_level_as_a_run_does(
     (heard,) = hear(leveled)
     allocate = build("priority", heard.vehicle)
     for name, demands in heard.demands.items():
-        (run,) = heard.asked["priority@native", name]
+        (run,) = heard.runs["priority@native", name]
         np.testing.assert_allclose(run.shares, [allocate(tau).share for tau in demands.taus], atol=1e-12)
-        assert heard.asked["clip@native", name][0].shares.shape == (8, 0)
+        assert heard.runs["clip@native", name][0].shares.shape == (8, 0)
     keep(tmp_path / "LOG", tmp_path / "run")
     cells = {(cell.key.method, cell.key.demands): cell.judged for cell in read(tmp_path / "run").cells}
     beyond, within = cells["priority@native", "infeasible"], cells["priority@native", "active"]
@@ -203,7 +201,7 @@ def test_shares_that_the_thrusts_do_not_deliver_are_wrong(leveled: bytes, tmp_pa
     (tmp_path / "LOG").write_bytes(sealed(spoiled))
     kept = keep(tmp_path / "LOG", tmp_path / "run")
     assert not kept.good
-    assert any("shares of its levels that its thrusts do not deliver" in line for line in kept.said)
+    assert any("shares of its levels that its thrusts do not deliver" in line for line in kept.lines)
 
 
 def test_a_thrust_that_is_no_number_is_said_in_a_line_and_nothing_else(log: bytes, tmp_path: Path) -> None:
@@ -214,13 +212,13 @@ def test_a_thrust_that_is_no_number_is_said_in_a_line_and_nothing_else(log: byte
     (tmp_path / "LOG").write_bytes(sealed(lines))
     kept = keep(tmp_path / "LOG", tmp_path / "run")
     assert not kept.good
-    assert any("NaN or infinity although it says SOLVED" in line for line in kept.said)
+    assert any("NaN or infinity although it says SOLVED" in line for line in kept.lines)
 
 
 def test_a_log_of_one_function_for_all_faults_says_so_and_its_answers_are_judged(tmp_path: Path) -> None:
     vehicle = load_vehicle("ukwial")
     asked = plan(vehicle, (*METHODS, "walsh@native"), SETS[:1], "double", "fixed", 5, 3, "all")
-    assert [reason.partition(":")[0] for reason in asked.left_out] == ["walsh@native"]
+    assert [reason.partition(":")[0] for reason in asked.omissions] == ["walsh@native"]
     write(asked, tmp_path)
     make(tmp_path, "log", "CFLAGS=-O1 -DBOARD_PASSES=1")
     kept = keep(tmp_path / "build/posix/LOG", tmp_path / "kept", "")

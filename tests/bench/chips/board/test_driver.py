@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from alloc.program import Scalar
-from bench.chips.board.files import write
-from bench.chips.board.keep import keep
+from bench.chips.board.project import write
+from bench.chips.board.record import keep
 from bench.chips.count import count
 from bench.chips.image import link
 from bench.record import read

@@ -8,12 +8,11 @@ import pytest
 
 from alloc import AllocError, NotApplicable, load_vehicle
 from bench.chips import esc
-from bench.chips.board.files import write
-from bench.chips.board.keep import keep
-from bench.chips.board.project import Project, plan
+from bench.chips.board.project import Project, plan, write
+from bench.chips.board.record import keep
 from bench.chips.count import count
 from bench.chips.image import link
-from bench.chips.target import target
+from bench.chips.processors import processor
 from bench.record import read
 from bench.report import render
 from bench.report.sizes import page
@@ -89,7 +88,7 @@ def test_a_thrust_that_the_command_does_not_make_is_told(log: bytes, tmp_path: P
     (tmp_path / "LOG").write_bytes(sealed(lines))
     done = keep(tmp_path / "LOG", tmp_path / "run")
     assert not done.good
-    assert any("esc on thrusts: makes other thrusts than Python" in line for line in done.said)
+    assert any("esc on thrusts: makes other thrusts than Python" in line for line in done.lines)
 
 
 @pytest.mark.parametrize("status", [b"0", b"4294967294", b"99"])
@@ -104,7 +103,7 @@ def test_another_status_than_python_s_is_told(log: bytes, status: bytes, tmp_pat
     (tmp_path / "LOG").write_bytes(sealed(lines))
     done = keep(tmp_path / "LOG", tmp_path / "run")
     assert not done.good
-    assert any("esc on thrusts" in line and "another status" in line for line in done.said)
+    assert any("esc on thrusts" in line and "another status" in line for line in done.lines)
 
 
 @pytest.mark.parametrize(
@@ -132,7 +131,7 @@ def test_alone_and_through_qemu_s_serial_line_it_takes_what_emulate_counts(tmp_p
     keep(tmp_path / "build/mps2-an386/LOG", tmp_path / "run")
     rows = {row.demands: row for row in read(tmp_path / "run").emulated}
     (tmp_path / "image").mkdir()
-    image = link(esc.kernel(HEAVY, "float", "fixed"), target("cortex-m4f"), tmp_path / "image")
+    image = link(esc.kernel(HEAVY, "float", "fixed"), processor("cortex-m4f"), tmp_path / "image")
     for name, calls in esc.calls(HEAVY, "fixed", 8, 3).items():
         values, often = np.unique(count(image, calls).instructions, return_counts=True)
         assert rows[name].instructions == list(zip(values.tolist(), often.tolist(), strict=True))
@@ -144,6 +143,6 @@ def test_a_vehicle_without_escs_is_not_asked_and_it_is_said() -> None:
     bare = replace(HEAVY, esc=())
     made = plan(bare, METHODS, ("active",), "float", "fixed", 5, 0)
     assert made.thrusts == {}
-    assert made.left_out == ("esc: bluerov2-heavy: has no ESCs; add 'esc' to its file",)
+    assert made.omissions == ("esc: bluerov2-heavy: has no ESCs; add 'esc' to its file",)
     with pytest.raises(NotApplicable, match="nothing is left to ask; esc"):
         plan(bare, (esc.METHOD,), ("active",), "float", "fixed", 5, 0)

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from bench.chips.board.heard import boards
-from bench.chips.board.keep import keep
+from bench.chips.board.log import boards
+from bench.chips.board.record import keep
 from bench.inputs.board_log import LogError, read_board_log
 from bench.report import render
 from bench.results.rows import read_run

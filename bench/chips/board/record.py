@@ -1,8 +1,11 @@
-"""A board's log as the lines of a record, which reports, sizes and tables read like any other machine's."""
+"""Records of a board's log, one a board, which reports and tables read like any other machine's."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from functools import partial
+from pathlib import Path
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -15,19 +18,22 @@ from alloc.kernels.tolerance import MET, MET_BY_SOLVERS
 from alloc.rivals import load
 from bench.chips import esc
 from bench.chips.agreement import agreement, explained
-from bench.chips.board.heard import NOOP, Heard, TimedCalls
+from bench.chips.board.log import NOOP, Heard, TimedCalls, boards
 from bench.chips.count import CallCounts
-from bench.chips.kernel import Kernel
-from bench.chips.target import names, target
+from bench.chips.kernels import Kernel
+from bench.chips.processors import names, processor
 from bench.demands import DemandSet
 from bench.harness.lines import problem
+from bench.inputs.board_log import BoardLog, LogError, read_board_log
 from bench.judging.judge import judge
 from bench.judging.question import Question, ask_here, questions, right_answers
 from bench.record import SCHEMA, Batch, Cell, Emulated, Header, Judged, Key, Line, Method, Problem
+from bench.record.file import Writer
 from bench.record.measured import binned
 from bench.record.schema import slug
 from bench.results.quantiles import merge
 from bench.results.ranking import EXACT_WITHIN
+from bench.results.text import plural
 
 COARSE = 0.1
 """Share of single calls without a tick from which on a counter is too coarse to time one."""
@@ -60,7 +66,7 @@ def lines(heard: Heard, name: str, started: str) -> Iterator[Line]:
     yield _header(heard, name, started)
     if not heard.board.ticks_per_s:
         if heard.board.processor in names():
-            yield target(heard.board.processor).facts
+            yield processor(heard.board.processor).facts
         yield from counts(heard)
         return
     asked = questions(list(heard.demands.values()), ask_here)
@@ -83,7 +89,7 @@ def lines(heard: Heard, name: str, started: str) -> Iterator[Line]:
         yield problem(question)
     for name, calls in heard.thrusts.items():
         yield _thrusts(heard.vehicle, name, len(calls))
-    for (method, name), runs in heard.asked.items():
+    for (method, name), runs in heard.runs.items():
         for repeat, run in enumerate(runs):
             cell = _cell(heard, method, name, repeat, run)
             if method == esc.METHOD:
@@ -226,7 +232,7 @@ def _judged(question: Question, kernel: Kernel, promised: Promise, run: TimedCal
 def counts(heard: Heard) -> Iterator[Emulated]:
     """Counts of instructions where a tick of the port is one: a line for each method on each demand set."""
     facts = heard.board.facts
-    for (method, name), runs in heard.asked.items():
+    for (method, name), runs in heard.runs.items():
         if method == NOOP:  # a driver that counts instructions does not ask it
             continue
         kernel, run = heard.board.kernels[method], runs[0]
@@ -262,3 +268,93 @@ def counts(heard: Heard) -> Iterator[Emulated]:
 def _worst(demands: DemandSet, run: TimedCalls) -> list[float]:
     worst: list[float] = demands.taus[int(run.ticks.argmax())].tolist()
     return worst
+
+
+SHOWN = 6
+"""Most lost blocks that are named."""
+
+
+class Reading(NamedTuple):
+    """Result of ``keep``.
+
+    Attributes
+    ----------
+    lines : for whoever reads the log
+    folders : of the records
+    good : whether every answer of this project's C is right
+    """
+
+    lines: list[str]
+    folders: list[Path]
+    good: bool
+
+
+def keep(path: Path, out: Path, name: str = "") -> Reading:
+    """Write a record of the board that a log is of into ``out``; of several boards, into folders in it.
+
+    Raises LogError where nothing in the log can be used, RecordError where ``out`` can't be written.
+    """
+    log = read_board_log(path)
+    found = boards(path, log)
+    useful = [heard for heard in found if heard.runs]
+    if not useful:
+        raise LogError(f"{path}: {_nothing(log)}; run the board again, to the line `done`")
+    said, good = _lost(log), True
+    started = datetime.fromtimestamp(path.stat().st_mtime, UTC).isoformat(timespec="seconds")
+    folders = [out]
+    if len(useful) > 1:
+        folders = [
+            out / f"{i}-{slug(name or heard.board.processor)}" for i, heard in enumerate(useful, start=1)
+        ]
+    for heard, folder in zip(useful, folders, strict=True):
+        good = _record(heard, name or heard.board.processor, started, folder, said) and good
+    return Reading(said, folders, good)
+
+
+def _record(heard: Heard, name: str, started: str, folder: Path, said: list[str]) -> bool:
+    good, calls = True, 0
+    with Writer(folder) as writer:
+        first, *rest = lines(heard, name, started)
+        assert isinstance(first, Header)
+        writer.create(first)
+        writer.extend(rest)
+    for line in rest:
+        if isinstance(line, Cell):
+            calls += sum(times for _, times in line.singles)
+            if line.judged is not None and line.judged.objection:
+                said.append(f"{line.key.method} on {line.key.demands}: {line.judged.objection}")
+                good = good and bool(heard.board.kernels[line.key.method].solver)
+        elif isinstance(line, Emulated):
+            calls += sum(times for _, times in line.instructions)
+            if line.agrees is False:
+                said.append(f"{line.method} on {line.demands}: not as in Python")
+                good = good and line.solver != ""
+    if heard.missing:
+        more = f" and {len(heard.missing) - SHOWN} more" if len(heard.missing) > SHOWN else ""
+        said.append(f"{name}: not whole, so left out: {', '.join(heard.missing[:SHOWN])}{more}")
+    blocks = sum(len(runs) for (method, _), runs in heard.runs.items() if method != NOOP)
+    said.append(f"{name}: {blocks} blocks, {calls} calls")
+    return good
+
+
+def _lost(log: BoardLog) -> list[str]:
+    said = []
+    if log.damaged or log.lost:
+        said.append(_not_whole(log))
+    if log.starts > 1:
+        said.append(f"the log has {log.starts} starts, {log.finished} of which ran to the end")
+    elif not log.finished:
+        said.append("the log ends before the board had finished")
+    return said + [f"the driver said: {words}" for words in log.nonsense]
+
+
+def _nothing(log: BoardLog) -> str:
+    if log.nonsense:
+        return f"its driver said: {log.nonsense[0]}"
+    return f"no method on any demand set arrived whole ({_not_whole(log)})"
+
+
+def _not_whole(log: BoardLog) -> str:
+    """How many lines are damaged, and how many are missing beside those: a damaged one has no number."""
+    missing = max(log.lost - log.damaged, 0)
+    return f"{plural(log.damaged, 'damaged line')}, {plural(missing, 'missing line')}"

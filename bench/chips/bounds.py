@@ -1,4 +1,4 @@
-"""The longest way through a compiled kernel: no call takes more instructions.
+"""The most instructions that a compiled kernel can take, and the least that an exact method must.
 
 A disassembly is a graph: an instruction leads to the next one, to where it jumps, or out. Straight code has
 no cycle, so its longest way is found in one pass; a loop counts all its instructions as often as it may go
@@ -13,8 +13,13 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
-from bench.chips.disassembly import Disassembled, lines
+from alloc import NotApplicable, Vehicle
+from alloc.discovery import find
+from alloc.formulations import Family, find_formulation
+from alloc.reach.edge import edge
 from bench.chips.image import Image
+from bench.chips.instructions import Disassembled, lines
+from bench.chips.kernels import Kernel
 from bench.chips.toolchain import run
 
 RETURNS = re.compile(r"ret\w* |bx lr|(pop|ldmia)(\.w)? .*\bpc\}|ldr(\.w)? pc, \[sp\]")
@@ -40,7 +45,7 @@ def disassembled(image: Image) -> str:
     """Disassembly of a kernel, and of all functions that it calls or jumps into."""
     printed: dict[str, str] = {}
     waiting = [image.kernel.entry]
-    command = [f"{image.target.tools}objdump", "-d", "--no-show-raw-insn"]
+    command = [f"{image.processor.tools}objdump", "-d", "--no-show-raw-insn"]
     while waiting:
         name = waiting.pop()
         if name not in printed:
@@ -183,3 +188,22 @@ def _components(graph: dict[int, list[int]]) -> list[list[int]]:
     for address, i in zip(graph, component.tolist(), strict=True):
         members[i].append(address)
     return [members[i] for i in TopologicalSorter(leads_to).static_order()]
+
+
+def least_instructions(kernel: Kernel, vehicle: Vehicle) -> int | None:
+    """Instructions that none may leave out: reads, writes, a comparison a facet; None if not exact.
+
+    Every input is read (k, with limits of the call 2 n more), every thrust of a working thruster written,
+    and made by an operation of its own. Of each pair of opposite facets of the attainable set it must be
+    known whether the demand lies beyond: one comparison, and an operation that makes what is compared unless
+    it is an input. A method that finds its facets in a table of regions would compare fewer; none here does.
+    """
+    if find_formulation(find(kernel.twin).formulation).family is not Family.EXACT:
+        return None
+    try:
+        normals = edge(vehicle).normals
+    except NotApplicable:  # the vehicle has too many facets to find them
+        return None
+    n = len(vehicle.working)
+    made = np.count_nonzero(np.count_nonzero(normals, axis=1) > 1)
+    return int(kernel.width + 2 * n + len(normals) + made)

@@ -1,12 +1,69 @@
-"""Instructions, which of them calls executed, and their kinds in Thumb: the input of tables of cycles."""
+"""Instructions as objdump prints them and as calls executed them: the input of tables of cycles."""
 
 import re
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import zip_longest
+from typing import NamedTuple
 
 import numpy as np
 
 from alloc.allocation import IndexArray
+
+
+class Cycles(NamedTuple):
+    """At least and at most so many cycles."""
+
+    low: int
+    high: int
+
+
+class Unpublished(Exception):
+    """Nobody has published what this takes."""
+
+
+LINE = re.compile(r"^ *([0-9a-f]+):\t(?:(?:notrack|bnd|repz) )?(\S+)(?:\s+(.*))?$")
+NAME = re.compile(r"^[0-9a-f]+ <([^>]+)>:$")
+COMMENT = re.compile(r"\s*[@;/].*")
+
+
+class Disassembled(NamedTuple):
+    """An instruction, or data between instructions: a directive as ``.word``.
+
+    Attributes
+    ----------
+    address, following : where it lies, and the next line; -1 behind the last one
+    function : the function it stands in
+    mnemonic, operands : as printed, without comments and prefixes
+    last : whether data or another function stand behind it
+    """
+
+    address: int
+    following: int
+    function: str
+    mnemonic: str
+    operands: str
+    last: bool
+
+
+def lines(printed: str) -> list[Disassembled]:
+    """The lines of ``objdump -d --no-show-raw-insn``, in its order."""
+    found: list[tuple[int, str, str, str]] = []
+    function = ""
+    for line in printed.splitlines():
+        if named := NAME.match(line):
+            function = named[1]
+        elif said := LINE.match(line):
+            found.append((int(said[1], 16), function, said[2], COMMENT.sub("", said[3] or "").strip()))
+    return [
+        Disassembled(
+            address, after[0], function, mnemonic, operands, after[1] != function or after[2][0] == "."
+        )
+        for (address, function, mnemonic, operands), after in zip_longest(
+            found, found[1:], fillvalue=(-1, "", ".", "")
+        )
+    ]
+
 
 _REGISTER = re.compile(r"\b(?:[rsd]\d+|sp|lr|pc|ip|fp|sl)\b")
 _READ_FIRST = (
@@ -39,7 +96,7 @@ class Executed:
         return set(_REGISTER.findall(" ".join(self.operands[of])))
 
     @cached_property
-    def written(self) -> set[str]:
+    def writes(self) -> set[str]:
         """The register that it writes; empty where its first operand is read."""
         reads = self.name.startswith(_READ_FIRST) and not self.name.startswith(("bic", "bfi", "bfc"))
         return set() if reads else self.registers(of=slice(1))
@@ -51,18 +108,18 @@ class Trace:
 
     Attributes
     ----------
-    known : every instruction of the image
-    calls : for each call the indices in ``known`` of what it executed, in order
+    code : every instruction of the image
+    calls : for each call the indices in ``code`` of what it executed, in order
     loads : for each call the addresses of the words that it read where code lies, in order
     """
 
-    known: list[Executed]
+    code: list[Executed]
     calls: list[IndexArray]
     loads: list[IndexArray] = field(default_factory=list)
 
     def addresses(self, call: int) -> IndexArray:
         """Addresses of the instructions that a call executed, in order."""
-        places: IndexArray = np.array([one.address for one in self.known])[self.calls[call]]
+        places: IndexArray = np.array([one.address for one in self.code])[self.calls[call]]
         return places
 
 
