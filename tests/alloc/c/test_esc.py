@@ -4,14 +4,16 @@ import ctypes
 import re
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
 import pytest
 
 from alloc import NotApplicable, Status, Vehicle, build, generate, load_vehicle
-from alloc.c import compiled
-from alloc.program import Scalar
+from alloc.c import Target, compiled, sources, to_escs
+from alloc.methods import recipe
+from alloc.program import Scalar, Where
 
 AT_16 = [[1100, -40], [1300, -9], [1470, 0], [1530, 0], [1900, 51]]
 CURVE = {"12": [[1100, -20], [1470, 0], [1530, 0], [1900, 25]], "16": AT_16}
@@ -33,6 +35,7 @@ KINDS = {
     "ahead only, flat at its end": {"neutral": 1000, "range": [1000, 2000], "curve": AHEAD},
     "each another": [USUAL, ONE, OTHER, {**OTHER, "reversed": True}],
 }
+REAL = {"double": np.float64, "float": np.float32}
 SANITIZED = ["-fsanitize=undefined,float-divide-by-zero,float-cast-overflow", "-fno-sanitize-recover=all"]
 
 
@@ -75,6 +78,19 @@ def built(
     assert "wrong" in done.stdout, done.stderr
     assert (done.returncode == 0) == (" 0 wrong" in done.stdout)
     return done.stdout
+
+
+def loaded(of: Vehicle, method: str, kind: str, scalar: Scalar = "double", limits: Where = "call") -> Any:
+    """NAME_esc or NAME_to_esc, compiled and loaded."""
+    target = Target(vehicle=of, method=recipe(method), scalar=scalar, limits=limits)
+    library = ctypes.CDLL(str(compiled.shared_library(target.name, sources(target) | to_escs(target))))
+    send = library[f"{target.name}_{kind}"]
+    array = np.ctypeslib.ndpointer(dtype=REAL[scalar])
+    number = ctypes.c_double if scalar == "double" else ctypes.c_float
+    sides, fault = [array] * 2 * (limits == "call"), [ctypes.c_int] * (kind == "to_esc")
+    shares = [array] * (kind == "to_esc" and target.levels > 0)
+    send.argtypes = [array, *sides, *fault, number, np.ctypeslib.ndpointer(dtype=np.int16), array, *shares]
+    return send
 
 
 @pytest.mark.parametrize("limits", [pytest.param("fixed", marks=pytest.mark.long), "call"])
@@ -154,13 +170,7 @@ def test_a_thruster_at_the_end_of_its_curve_is_asked(edit, single, limits, keys,
 
 def test_any_bits_give_commands_within_the_range_and_thrusts_within_the_limits(tmp_path: Path) -> None:
     """Arguments are bits, so that NaN, infinities, the tiniest and the largest numbers come up often."""
-    of = vehicle(tmp_path, USUAL)
-    files = generate(of, "nullspace", scalar="float", limits="call", esc=True)
-    units = {name: text for name, text in files.items() if "/" not in name and not name.endswith(".md")}
-    library = ctypes.CDLL(str(compiled.shared_library("esc_bits", units)))
-    send = library.wired_nullspace_call_float_esc
-    pointer = np.ctypeslib.ndpointer(dtype=np.float32)
-    send.argtypes = [pointer] * 3 + [ctypes.c_float, np.ctypeslib.ndpointer(dtype=np.int16), pointer]
+    send = loaded(vehicle(tmp_path, USUAL), "nullspace", "esc", "float")
     rng = np.random.default_rng(5)
     pool = np.array([0, -0.0, 1e-45, 1e-38, 3e38, -3e38, np.nan, np.inf, -np.inf, 5, -5, 40, -40], np.float32)
     for _ in range(3000):
@@ -184,16 +194,7 @@ def test_at_the_limits_of_any_voltage_python_and_c_send_the_same_ends(scalar: Sc
     ends = {12: (-27.459, 35.304), 14: (-33.343, 43.149), 16.8: (-41.188, 53.937)}
     curve = {volts: [[1100, low], [1500, 0], [1900, high]] for volts, (low, high) in ends.items()}
     of = vehicle(tmp_path, {**USUAL, "step": 2, "curve": curve}, f_min=-50)
-    files = generate(of, "clip", scalar=scalar, limits="call", esc=True)
-    units = {name: text for name, text in files.items() if "/" not in name and not name.endswith(".md")}
-    library = ctypes.CDLL(str(compiled.shared_library(f"esc_ends_{scalar}", units)))
-    send = library["wired_clip_call_esc" if scalar == "double" else "wired_clip_call_float_esc"]
-    real = np.float64 if scalar == "double" else np.float32
-    pointer, number = (
-        np.ctypeslib.ndpointer(dtype=real),
-        ctypes.c_double if real is np.float64 else ctypes.c_float,
-    )
-    send.argtypes = [pointer] * 3 + [number, np.ctypeslib.ndpointer(dtype=np.int16), pointer]
+    send, real = loaded(of, "clip", "esc", scalar), REAL[scalar]
     u, made = np.zeros(4, np.int16), np.zeros(4, real)
     for volts in np.linspace(12.0, 16.8, 401).astype(real).astype(float):
         exact = of.limits(volts=volts)
@@ -241,12 +242,7 @@ def test_shares_are_of_what_the_escs_make_at_any_voltage(method: str, seed: int,
     """With 12 V of a curve that ends lower there, shares were 1 and the thrusts made gave a half or less."""
     rng = np.random.default_rng(seed)
     of = random_vehicle(tmp_path, rng)
-    files = generate(of, method, limits="call", esc=True, faults="none")
-    units = {name: text for name, text in files.items() if "/" not in name and not name.endswith(".md")}
-    library = ctypes.CDLL(str(compiled.shared_library(f"esc_share_{method}_{seed}", units)))
-    send, pointer = library[f"wired_{method}_call_to_esc"], np.ctypeslib.ndpointer(dtype=np.float64)
-    commands = np.ctypeslib.ndpointer(dtype=np.int16)
-    send.argtypes = [*[pointer] * 3, ctypes.c_int, ctypes.c_double, commands, pointer, pointer]
+    send = loaded(of, method, "to_esc")
     allocate, levels = build(method, of), of.priority if method == "priority" else (of.dof,)
     u, made, share = np.zeros(4, np.int16), np.zeros(4), np.zeros(len(levels))
     below_one = 0
@@ -272,14 +268,7 @@ def test_shares_are_of_what_the_escs_make_at_any_voltage(method: str, seed: int,
 
 
 def test_a_thruster_that_is_off_and_a_demand_that_is_not_met_are_neutral(tmp_path: Path) -> None:
-    of = vehicle(tmp_path, USUAL)
-    files = generate(of, "nullspace", esc=True)
-    units = {name: text for name, text in files.items() if "/" not in name and not name.endswith(".md")}
-    send = ctypes.CDLL(str(compiled.shared_library("esc_off", units))).wired_nullspace_to_esc
-    pointer = np.ctypeslib.ndpointer(dtype=np.float64)
-    send.argtypes = [
-        pointer, ctypes.c_int, ctypes.c_double, np.ctypeslib.ndpointer(dtype=np.int16), pointer,
-    ]  # fmt: skip
+    send = loaded(vehicle(tmp_path, USUAL), "nullspace", "to_esc", limits="fixed")
     u, made = np.zeros(4, np.int16), np.full(4, 777.0)
     assert send(np.array([60.0, 0.0, 0.0]), 2, 16.0, u, made) == 0
     assert u[2] == 1500
