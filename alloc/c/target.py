@@ -1,4 +1,4 @@
-"""A method that can be C, and what its C is made for: names, parameters and programs."""
+"""Targets of generated C: a method that can be C, a vehicle, and the form that it takes."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -93,7 +93,7 @@ def _made(kernel: Recipe, vehicle: Vehicle, limits: Where, scalar: Scalar) -> Pr
 
 @dataclass(frozen=True, kw_only=True)
 class Target:
-    """What C is generated for: one method for one vehicle, in one of its forms.
+    """One method for one vehicle, in one of the forms of its C.
 
     Attributes
     ----------
