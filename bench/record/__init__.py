@@ -27,7 +27,7 @@ from bench.record.schema import (
     Line,
     Method,
     Problem,
-    Processor,
+    ProcessorFacts,
     Worker,
 )
 
@@ -54,7 +54,7 @@ __all__ = [
     "Method",
     "Plane",
     "Problem",
-    "Processor",
+    "ProcessorFacts",
     "Quiet",
     "Record",
     "RecordError",

@@ -25,7 +25,7 @@ from bench.record.schema import (
     Line,
     Method,
     Problem,
-    Processor,
+    ProcessorFacts,
     Worker,
     unusable,
 )
@@ -55,7 +55,7 @@ class Record:
     capabilities: list[Capability] = field(default_factory=list)
     cells: list[Cell] = field(default_factory=list)
     workers: list[Worker] = field(default_factory=list)
-    processors: list[Processor] = field(default_factory=list)
+    processors: list[ProcessorFacts] = field(default_factory=list)
     emulated: list[Emulated] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
 
@@ -113,7 +113,7 @@ def parse(path: Path) -> tuple[Record, int]:
             capabilities=by_kind[Capability],
             cells=by_kind[Cell],
             workers=by_kind[Worker],
-            processors=by_kind[Processor],
+            processors=by_kind[ProcessorFacts],
             emulated=by_kind[Emulated],
             events=by_kind[Event],
         ),

@@ -265,7 +265,7 @@ class BoardFacts(msgspec.Struct, omit_defaults=True, kw_only=True):
     basis: str
 
 
-class Processor(msgspec.Struct, tag="processor", omit_defaults=True, kw_only=True):
+class ProcessorFacts(msgspec.Struct, tag="processor", omit_defaults=True, kw_only=True):
     """Facts about a processor that generated C was counted on; ``Emulated.target`` names it.
 
     Attributes
@@ -288,7 +288,7 @@ class Processor(msgspec.Struct, tag="processor", omit_defaults=True, kw_only=Tru
     boards: list[BoardFacts] = []
 
 
-Line = Header | Method | Problem | Capability | Cell | Worker | Emulated | Processor | Event
+Line = Header | Method | Problem | Capability | Cell | Worker | Emulated | ProcessorFacts | Event
 
 
 def machine_name(facts: Mapping[str, Any]) -> str:

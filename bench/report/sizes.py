@@ -8,7 +8,7 @@ from itertools import groupby
 
 from alloc.errors import UnknownName
 from alloc.formulations import find_formulation
-from bench.record import BoardFacts, Emulated, Processor
+from bench.record import BoardFacts, Emulated, ProcessorFacts
 from bench.report.verdict import rate_note, rate_of, trust_note, verdicts
 from bench.results.emulated import (
     PUBLISHED,
@@ -255,7 +255,7 @@ def board_page(run: Run, loop: Loop, board: str, vehicles: Collection[str] = ())
     )
 
 
-def known_boards(run: Run) -> dict[str, tuple[Processor, BoardFacts]]:
+def known_boards(run: Run) -> dict[str, tuple[ProcessorFacts, BoardFacts]]:
     """The boards that a record has cycles for, by name, each with its processor."""
     processors = latest_processors(run.record.processors)
     return {board.name: (processor, board) for processor in processors for board in processor.boards}

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from alloc import catalogue
 from alloc.formulations import find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
-from bench.record import Emulated, Processor
+from bench.record import Emulated, ProcessorFacts
 from bench.results.size import Fit, Loop, Size, rank_sizes
 from bench.results.sizing import UNMET, refuses
 from bench.results.text import three
@@ -100,7 +100,7 @@ class EmulatedRow:
         }
 
 
-def latest_processors(processors: Iterable[Processor]) -> list[Processor]:
+def latest_processors(processors: Iterable[ProcessorFacts]) -> list[ProcessorFacts]:
     """Processors by name; where two have the same name, the later one counts."""
     latest = {one.name: one for one in processors}
     return [latest[name] for name in sorted(latest)]
@@ -166,7 +166,7 @@ PUBLISHED = "by published timings at zero wait states (docs/counting.md)"
 """Basis of a band whose cycles come out of the record."""
 
 
-def assumed_cpi(processors: Iterable[Processor]) -> Mapping[str, Cpi]:
+def assumed_cpi(processors: Iterable[ProcessorFacts]) -> Mapping[str, Cpi]:
     """Cycles an instruction that a record assumes, by processor; a processor without has no band."""
     return {one.name: Cpi(one.cpi[0], one.cpi[1], one.basis) for one in processors if len(one.cpi) == 2}
 

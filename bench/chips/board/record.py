@@ -274,7 +274,7 @@ SHOWN = 6
 """Most lost blocks that are named."""
 
 
-class Reading(NamedTuple):
+class BoardRecords(NamedTuple):
     """Result of ``keep``.
 
     Attributes
@@ -289,7 +289,7 @@ class Reading(NamedTuple):
     good: bool
 
 
-def keep(path: Path, out: Path, name: str = "") -> Reading:
+def keep(path: Path, out: Path, name: str = "") -> BoardRecords:
     """Write a record of the board that a log is of into ``out``; of several boards, into folders in it.
 
     Raises LogError where nothing in the log can be used, RecordError where ``out`` can't be written.
@@ -308,7 +308,7 @@ def keep(path: Path, out: Path, name: str = "") -> Reading:
         ]
     for heard, folder in zip(useful, folders, strict=True):
         good = _record(heard, name or heard.board.processor, started, folder, said) and good
-    return Reading(said, folders, good)
+    return BoardRecords(said, folders, good)
 
 
 def _record(heard: Heard, name: str, started: str, folder: Path, said: list[str]) -> bool:

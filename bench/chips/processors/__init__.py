@@ -12,7 +12,7 @@ from alloc.files import modules
 from alloc.program import Scalar
 from bench.chips.boards import boards
 from bench.chips.instructions import Cycles, Trace
-from bench.record import Processor as ProcessorFacts
+from bench.record import ProcessorFacts
 
 HOST = ("gcc", "libc6-dev")
 """Debian's packages for the plugin that QEMU loads."""

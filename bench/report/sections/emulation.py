@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from itertools import groupby, product
 
-from bench.record import Processor
+from bench.record import ProcessorFacts
 from bench.results.emulated import (
     IN_WORDS,
     PUBLISHED,
@@ -22,7 +22,7 @@ FORMS = {"fixed": "fixed limits", "call": "limits of each call"}
 SEARCH, BOUNDARY = "search", "boundary"
 
 
-def microcontroller(rows: Sequence[EmulatedRow], processors: Sequence[Processor]) -> str:
+def microcontroller(rows: Sequence[EmulatedRow], processors: Sequence[ProcessorFacts]) -> str:
     """Tables of what each method costs at worst and how often it is wrong; empty where no solver was counted.
 
     One for each microcontroller, in the precisions of its FPU.
@@ -107,7 +107,7 @@ STACK_BYTES = 200
 """Most stack that a call may write."""
 
 
-def goals(rows: Sequence[EmulatedRow], processors: Sequence[Processor]) -> str:
+def goals(rows: Sequence[EmulatedRow], processors: Sequence[ProcessorFacts]) -> str:
     """Table of the goals and the counts, for kernels that were counted; a missed goal is marked."""
     boards = [(one, scalar) for one in latest_processors(processors) if one.goal for scalar in one.scalars]
     by_kernel: dict[tuple[str, ...], list[EmulatedRow]] = {}

@@ -6,7 +6,7 @@ import pytest
 from markdown_it import MarkdownIt
 from msgspec.structs import replace
 
-from bench.record import Authority, Capability, Emulated, Key, Line, Method, Processor
+from bench.record import Authority, Capability, Emulated, Key, Line, Method, ProcessorFacts
 from bench.report import together
 from bench.report.page import details, page
 from bench.report.pictures import file_name
@@ -53,7 +53,9 @@ def run(tmp_path: Path) -> Run:
         Method(name=f"{EVIL}@native", twin=EVIL, plugin=True),
         capability,
         counted,
-        Processor(name=EVIL, scalars=["float"], cpi=[1.0, 2.0], basis=EVIL, microcontroller=True, goal=1.0),
+        ProcessorFacts(
+            name=EVIL, scalars=["float"], cpi=[1.0, 2.0], basis=EVIL, microcontroller=True, goal=1.0
+        ),
         *cells,
     ]
     header = made_up.header(machine={"name": EVIL, "cpu": EVIL}, versions={EVIL: EVIL})
