@@ -66,10 +66,10 @@ def import_vehicle(path: Path, format_name: str = "", options: ImportOptions | N
     if format_name and format_name not in formats():
         raise unknown("format", format_name, formats())
     module = formats()[format_name] if format_name else recognised(path, text)
+    manager = tam.read_options(options.limits) if options.limits else tam.ManagerOptions()
     for option, value in (("--thruster", options.thruster), ("--limits", options.limits)):
         if value and not getattr(module, "PATTERN", False):
             raise VehicleError(f"{path}: {option} is for URDF and SDF, which name joints; leave it out")
-    manager = tam.read_options(options.limits) if options.limits else tam.ManagerOptions()
     pattern = options.thruster or manager.pattern
     draft = module.read(path, pattern) if pattern else module.read(path)
     if options.limits and manager.f_min is not None and manager.f_max is not None:
