@@ -24,7 +24,7 @@ def command(directories: tuple[Path, ...], out: Path | None, readme: Path | None
     it is the latest run under runs/. The runs of several machines become one report, in OUT.
     """
     from bench.report import render
-    from bench.report.readme import put, result_table
+    from bench.report.page import put, result_table
     from bench.results.rows import read_run
 
     directories = directories or (latest_run(),)

@@ -17,13 +17,12 @@ from alloc.vehicle.frame import described
 from bench.record import Capability
 from bench.report.document import INSTRUMENT, PICKS, prose, style
 from bench.report.pictures.style import FAMILIES
-from bench.report.readme import served_text
 from bench.report.verdict import opening_loop, spoken_name, trust_note
 from bench.results.columns import Row
 from bench.results.emulated import METHOD, KernelCost, assumed_cpi, emulated_rows, find_kernels
 from bench.results.machines import NamedRun, emulated_name
 from bench.results.quantiles import Histogram, interval, largest, largest_if_known, merge
-from bench.results.ranking import largest_loss, largest_miss
+from bench.results.ranking import largest_loss, largest_miss, served_text
 from bench.results.rows import sort_sets
 from bench.results.size import CLOSE, Fit, Size
 from bench.results.sizing import Pool, pools, rows_by_method

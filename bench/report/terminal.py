@@ -15,12 +15,11 @@ from alloc.files.visible import visible
 from alloc.formulations import Family
 from bench.record import FARTHER
 from bench.record.schema import machine_name
-from bench.report.readme import served_share, uncounted_methods
-from bench.report.sections.flights import sequence_table, sequences, title
+from bench.report.sections.losses import sequence_table, sequences, title
 from bench.report.verdict import cut_log_notes, opening_loop, rate_note, trust_note, verdicts
 from bench.results.columns import Row
 from bench.results.quantiles import largest
-from bench.results.ranking import largest_miss
+from bench.results.ranking import largest_miss, served_share, uncounted_methods
 from bench.results.rows import Run, read_run, sort_sets
 from bench.results.size import best_of_each, rank_labels
 from bench.results.sizing import sizes

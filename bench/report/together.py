@@ -5,7 +5,7 @@ from itertools import groupby
 
 from bench.record.schema import machine_name
 from bench.report.page import MORE
-from bench.report.sections.worth import omission_note
+from bench.report.sections.headline import omission_note
 from bench.report.verdict import opening_loop, rate_note, trust_note, verdicts
 from bench.results.columns import Row
 from bench.results.emulated import IN_WORDS, table_scalar

@@ -77,8 +77,8 @@ def interval(counted: Histogram, q: float) -> tuple[float, float] | None:
     """Bounds [ns] that hold quantile ``q`` with CONFIDENCE, from order statistics; None where it has none.
 
     The number of calls below the quantile is binomial (n, q), whatever the distribution of times, if calls
-    are independent. They are not, and processes differ: ``bench.report.sections.cost.unmet`` counts how
-    often that shows.
+    are independent. They are not, and processes differ: ``count_disjoint`` in the report counts how often
+    that shows.
     """
     n = total(counted)
     if quantile(counted, q) is None:

@@ -3,12 +3,13 @@
 from collections.abc import Iterable, Sequence
 
 from alloc.allocation import WRENCH_TOLERANCE
-from alloc.formulations import Family, find_formulation
+from alloc.formulations import EXACT_METHODS, Family, find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
-from bench.record import FARTHER
+from bench.record import FARTHER, Capability
 from bench.results.columns import Row
 from bench.results.quantiles import largest
 from bench.results.rows import Run
+from bench.results.text import percent
 
 EXACT_WITHIN = 1e-6
 """Largest measured distance to the optimum, over the most limit, at which answers count as exact, whatever
@@ -170,3 +171,38 @@ def unmeasured_plugins(run: Run, vehicle: str, demands: str) -> list[Row]:
 def _known(row: Row) -> list[float]:
     lost = largest_loss(row)
     return [] if lost is None else [max(lost, WRENCH_TOLERANCE)]
+
+
+def served_share(run: Run, vehicle: str, row: Row) -> float | None:
+    """The share of the vehicle's attainable set that a method delivers within 1 % [-]; None if not known.
+
+    The share depends on the answers alone: a native build serves what its twin does, and any exact solver of
+    the catalogue what ``nullspace`` does; a plug-in was exact on the demands asked, and is counted itself.
+    What was not counted is what the row served of ``uniform``, a demand set that is even over the attainable
+    set.
+    """
+    capability = run.capability(vehicle)
+    served = [s for s in capability.served if s.fault is None] if capability else []
+    shares = {s.method: s.within_1pct / s.n_demands for s in served}
+    as_exact = EXACT_METHODS[:1] * (is_exact(row) and not row.described.plugin)
+    names = [*as_exact, row.described.twin, row.method]
+    on_uniform = [other for other in run.of(vehicle, "uniform") if other.label == row.label]
+    known = [*(shares[name] for name in names if name in shares), *(r.within_1pct_share for r in on_uniform)]
+    return next(iter(known), None)
+
+
+def loss_text(row: Row | None) -> str:
+    """The largest share of a demand's wrench that a row loses; 0 where each is met."""
+    worst = None if row is None else largest_loss(row)
+    return "0" if worst is not None and worst < WRENCH_TOLERANCE else percent(worst)
+
+
+def served_text(run: Run, vehicle: str, row: Row) -> str:
+    """``served_share`` in per cent; empty where it is not known."""
+    return percent(served_share(run, vehicle, row))
+
+
+def uncounted_methods(capability: Capability) -> list[str]:
+    """A line for each method whose share of the vehicle could not be had, with the reason."""
+    where = f"on {capability.vehicle}, what it serves is not counted"
+    return [f"{u.method} {where}: {u.status} {u.reason.rstrip('.')}" for u in capability.unserved]

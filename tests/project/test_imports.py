@@ -127,7 +127,7 @@ AGAINST = {
     "alloc/solvers/daqp.py": "from alloc.solvers import osqp",
     "alloc/rivals/generators/daqp.py": "from alloc.rivals.generators import qoco",
     "alloc/formulations/hard.py": "from alloc.formulations import soft",
-    "bench/report/sections/cost.py": "from bench.report.sections import worth",
+    "bench/report/sections/cost.py": "from bench.report.sections import losses",
     "bench/commands/check.py": "from bench.commands import report",
     "bench/demands/sets/box.py": "from bench.demands.sets import axes",
     "bench/inputs/formats/csv.py": "from bench.inputs.formats import tam",

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from bench.record import PACKED
-from bench.report.readme import END, START
+from bench.report.page import END, START
 from tests.made_up import whole
 from tests.places import ROOT
 

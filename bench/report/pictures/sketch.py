@@ -18,8 +18,16 @@ from alloc.lint.probe import SMALL, Probe
 from alloc.vehicle.esc import Esc
 from alloc.vehicle.file import Mounting
 from alloc.vehicle.frame import TURN, described
-from bench.report.pictures.labels import label_points
-from bench.report.pictures.style import BLUE, FAINT, GREY, INK, PAPER, VERMILION, ignore_missing_letters
+from bench.report.pictures.style import (
+    BLUE,
+    FAINT,
+    GREY,
+    INK,
+    PAPER,
+    VERMILION,
+    ignore_missing_letters,
+    label_points,
+)
 
 LONG_ARROW = 0.28
 """Length of an arrow in the plane of the page, over the vehicle's largest extent."""

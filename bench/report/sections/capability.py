@@ -3,8 +3,8 @@
 from alloc.vehicle.geometry import unit
 from bench.record import Authority, Capability, LastMetre, Served
 from bench.report.pictures import picture
-from bench.report.readme import uncounted_methods
 from bench.results.quantiles import share
+from bench.results.ranking import uncounted_methods
 from bench.results.rows import Run
 from bench.results.text import percent, plain, table, three
 

@@ -177,7 +177,7 @@ def _most(own: Sequence[EmulatedRow], target: str, scalar: str) -> str:
     return str(max((count for count in counts if count is not None), default=""))
 
 
-def section(run: Run, drawn: frozenset[str]) -> str:
+def instructions(run: Run, drawn: frozenset[str]) -> str:
     """A table for each processor: mean instructions by class of demand, the worst call, flash and memory."""
     emulated = emulated_rows(run.record.emulated)
     if not emulated:

@@ -32,7 +32,7 @@ class Priced(NamedTuple):
     clip: Row | None
 
 
-def section(run: Run, drawn: frozenset[str]) -> str:
+def onboard(run: Run, drawn: frozenset[str]) -> str:
     """A line for each method that is C, over all vehicles; empty where nothing was compiled."""
     priced = [one for vehicle in run.vehicles for one in _priced(run, vehicle)]
     kinds = [kind for kind in (MET, BEYOND, MIXED) if any(one.kind == kind for one in priced)]

@@ -23,7 +23,7 @@ from bench.report.pictures import draw_all
 from bench.report.pictures import vehicles as pictured
 from bench.report.sections.capability import capability as section
 from bench.report.sections.capability import last_metre
-from bench.report.sections.flights import mission
+from bench.report.sections.losses import mission
 from bench.results.rows import Run, read_run
 from tests.made_up import cell, header, problem, record
 

@@ -12,7 +12,7 @@ import pytest
 
 from bench.record import FILE_NAME, PACKED
 from bench.report import render
-from bench.report.readme import END, START, result_table
+from bench.report.page import END, START, result_table
 from bench.results.rows import read_run
 from tests.places import ROOT
 from tests.renderings import differences

@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from bench.__main__ import cli
-from bench.report.sections.flights import sequences, title
+from bench.report.sections.losses import sequences, title
 from bench.results.rows import read_run
 
 METHODS = ("pinv", "clip", "nullspace", "qp/daqp")

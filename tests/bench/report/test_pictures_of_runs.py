@@ -8,8 +8,7 @@ from matplotlib.figure import Figure
 from msgspec.structs import replace
 
 from bench.record import Cell, Judged, Key, Line, Method
-from bench.report.pictures.methods import MOST, MOST_CURVES, cost, pareto, period, tails
-from bench.report.pictures.runs import overview
+from bench.report.pictures.methods import MOST, MOST_CURVES, cost, overview, pareto, period, tails
 from bench.report.pictures.style import SETTINGS, share_axis
 from bench.report.sections import cost as times
 from bench.report.sections import facts

@@ -15,10 +15,9 @@ from matplotlib.text import Text
 from alloc import load_vehicle
 from alloc.formulations import Family
 from bench.record import Curve
-from bench.report.pictures.labels import label_points
 from bench.report.pictures.methods import tail_curve
 from bench.report.pictures.sketch import thrust_curve
-from bench.report.pictures.style import DARK, FAMILIES, SETTINGS, line_styles
+from bench.report.pictures.style import DARK, FAMILIES, SETTINGS, label_points, line_styles
 from bench.report.pictures.vehicles import group_curves
 from bench.results.ranking import pareto_front
 

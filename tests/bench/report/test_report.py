@@ -17,7 +17,7 @@ from bench.__main__ import main
 from bench.record import Batch, Cell, Emulated, Event, Judged, Key, Method
 from bench.report import render
 from bench.report.page import details, page
-from bench.report.sections import cost, emulation, failures, headline, worth
+from bench.report.sections import cost, emulation, facts, headline
 from bench.report.sections.cost import count_disjoint
 from bench.results.rows import read_run
 from bench.results.text import number_range, plain, table, three
@@ -244,7 +244,7 @@ def test_what_the_user_brought_has_a_row_of_the_report_whatever_it_is_worth(tmp_
         judged=None,
     )
     run = read_run(record(tmp_path, header(), *problems, *methods, *exact, off, gone))
-    text = worth.section(run, frozenset())
+    text = headline.candidates(run, frozenset())
     for name, says in (
         ("slow", ""),
         ("off", "wrong: a limit is violated"),
@@ -286,7 +286,7 @@ def test_what_is_not_installed_is_one_line_of_the_details(tmp_path: Path) -> Non
         )
         for name in ("a", "b", "c")
     ]
-    text = failures.section(read_run(record(tmp_path, header(), *gone)), frozenset())
+    text = facts.agreement(read_run(record(tmp_path, header(), *gone)), frozenset())
     [line] = [line for line in text.splitlines() if "qp/" in line]
     assert re.match(r"\| qp/a, qp/b, qp/c +\| everywhere +\| missing +\| pip install a; pip install b", line)
 
@@ -413,7 +413,7 @@ def test_the_report_of_a_run_that_did_not_end_says_so(tmp_path: Path, last: str,
 
 
 def test_the_result_table_goes_between_the_markers_and_nowhere_else(tmp_path: Path) -> None:
-    from bench.report.readme import END, START, put, result_table
+    from bench.report.page import END, START, put, result_table
 
     table_text = result_table(read_run(made_up.whole(tmp_path)))
     readme = tmp_path / "README.md"
@@ -426,7 +426,7 @@ def test_the_result_table_has_ten_lines_at_most_however_many_methods_lose_less_a
     tmp_path: Path,
 ) -> None:
     """Twenty methods, each slower than the one before and more exact, are all on the front."""
-    from bench.report.readme import result_table
+    from bench.report.page import result_table
 
     cells = [
         msgspec.structs.replace(lossy(f"m{i}", 0.5**i), batches=[Batch(1, 1000 * (i + 1), 1000 * (i + 1), 0)])
@@ -437,7 +437,7 @@ def test_the_result_table_has_ten_lines_at_most_however_many_methods_lose_less_a
 
 
 def test_a_file_without_markers_is_left_alone(tmp_path: Path) -> None:
-    from bench.report.readme import MarkerError, put
+    from bench.report.page import MarkerError, put
 
     (tmp_path / "README.md").write_text("nothing here\n")
     with pytest.raises(MarkerError, match="results:start"):

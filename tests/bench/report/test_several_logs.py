@@ -8,7 +8,7 @@ from msgspec.structs import replace
 from bench.record import Cell, Judged, Key, Line, Method, Problem
 from bench.report import together
 from bench.report.page import page
-from bench.report.sections import cost, headline, lost, onboard, worth
+from bench.report.sections import cost, headline, losses, onboard
 from bench.results.machines import NamedRun
 from bench.results.rows import Run, read_run
 from tests import made_up
@@ -66,21 +66,21 @@ def test_how_logs_were_understood_is_on_the_page_that_is_handed_on(tmp_path: Pat
 def test_each_log_has_a_table_of_methods_of_tails_and_of_machines(tmp_path: Path) -> None:
     run = run_of(tmp_path / "run", "a_easy", "b_hard")
     for name in ("a_easy", "b_hard"):
-        assert f"### ukwial, {name} demands" in worth.section(run, frozenset())
+        assert f"### ukwial, {name} demands" in headline.candidates(run, frozenset())
         assert f"### ukwial, {name}\n" in cost.tails(run, frozenset())
         pages = together.page([NamedRun("one", run), NamedRun("two", run)])
         assert f"## ukwial, medians on {name} demands" in pages
 
 
 def test_what_turns_and_goes_beyond_limits_is_the_worst_of_the_logs(tmp_path: Path) -> None:
-    text = lost.section(run_of(tmp_path / "run", "a_easy", "b_hard"), frozenset())
+    text = losses.losses(run_of(tmp_path / "run", "a_easy", "b_hard"), frozenset())
     assert "a_easy and b_hard: turn [°]" in text
     (line,) = [line for line in text.splitlines() if line.startswith("| clip")]
     assert [each.strip() for each in line.split("|")[2:5]] == ["0 %, 0 %", "60.0 %, 60.0 %", "60.0"]
 
 
 def test_on_board_logs_of_one_kind_stand_together_with_the_worst(tmp_path: Path) -> None:
-    text = onboard.section(run_of(tmp_path / "run", "a_hard", "b_easy", "c_easy"), frozenset())
+    text = onboard.onboard(run_of(tmp_path / "run", "a_hard", "b_easy", "c_easy"), frozenset())
     assert "attainable: b_easy and c_easy, not attainable: a_hard" in text
 
 

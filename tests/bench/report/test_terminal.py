@@ -8,9 +8,9 @@ from rich.console import Console
 
 from alloc.formulations import Family
 from bench.record import Capability, Cell, Judged, Key, Method, Served, Unserved
-from bench.report.readme import served_share
-from bench.report.sections import worth
+from bench.report.sections import headline
 from bench.report.terminal import miss_text, objections, served_shares, show
+from bench.results.ranking import served_share
 from bench.results.rows import read_run
 from tests.made_up import cell, exact_cell, header, problem, record
 
@@ -127,7 +127,7 @@ def test_a_plug_in_that_fails_after_a_failure_is_said_where_its_share_is_missing
     show(tmp_path, console)
     said = "mine on ukwial, what it serves is not counted: failed with thruster 2 off: LinAlgError"
     assert said in console.export_text().splitlines()
-    assert said in worth.section(read_run(tmp_path), frozenset())
+    assert said in headline.candidates(read_run(tmp_path), frozenset())
 
 
 def test_a_disagreement_without_a_promise_is_named_too(tmp_path: Path) -> None:

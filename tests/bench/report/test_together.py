@@ -7,7 +7,7 @@ from msgspec.structs import replace
 
 from bench.record import Cell, Key, Line, Method
 from bench.report import together
-from bench.report.sections import worth
+from bench.report.sections import headline
 from bench.report.sizes import page as sizes_page
 from bench.report.verdict import USUAL
 from bench.results.machines import NamedRun, count_partial_methods, sizes_on_all
@@ -49,7 +49,7 @@ def test_what_has_a_row_in_the_report_of_a_run_has_one_beside_other_machines(
 ) -> None:
     other = run(tmp_path / "other", "two", exact("m00", 2.0))
     pages = together.page([many, other])
-    alone = rows(worth.section(many.run, frozenset()))
+    alone = rows(headline.candidates(many.run, frozenset()))
     assert {"mine", "gone", "m00"} <= set(alone)
     assert set(alone) <= set(rows(pages))
     assert "| gone" in pages
@@ -61,7 +61,7 @@ def test_what_a_median_is_on_a_log_is_said_where_there_is_one(given: bool, tmp_p
     """Half of a log's calls may take a third of it: a batch has calm demands and saturated ones."""
     problem = replace(made_up.problem("ukwial"), given=given)
     made = made_up.record(tmp_path, made_up.header(), problem, exact("m00", 2.0))
-    assert ("near their mean" in worth.section(read_run(made), frozenset())) == given
+    assert ("near their mean" in headline.candidates(read_run(made), frozenset())) == given
 
 
 def test_a_plug_in_with_another_text_is_said_by_the_report_and_by_size(tmp_path: Path) -> None:
@@ -86,7 +86,10 @@ def test_what_is_to_be_taken_on_all_machines_has_a_row_though_others_are_faster(
 
 
 def test_a_table_that_stops_says_how_many_methods_it_leaves_out(many: NamedRun) -> None:
-    for text in (worth.section(many.run, frozenset()), together.page([many, NamedRun("two", many.run)])):
+    for text in (
+        headline.candidates(many.run, frozenset()),
+        together.page([many, NamedRun("two", many.run)]),
+    ):
         hidden = {f"m{i:02}" for i in range(MANY)} - set(rows(text))
         assert f"Not shown: {len(hidden)} methods, in `details.md`." in text
     details = together.details([many, NamedRun("two", many.run)])

@@ -8,13 +8,11 @@ from msgspec.structs import replace
 from rich.console import Console
 
 from bench.record import Authority, Capability, Judged, Line, Method, Served
-from bench.report.readme import served_share
-from bench.report.sections import failures
-from bench.report.sections.headline import fastest_exact
-from bench.report.sections.worth import answers, section
+from bench.report.sections import facts
+from bench.report.sections.headline import answers, candidates, fastest_exact
 from bench.report.terminal import _verdict, objections, show
 from bench.results.columns import Row
-from bench.results.ranking import has_wrong_answer
+from bench.results.ranking import has_wrong_answer, served_share
 from bench.results.rows import Run, read_run
 from tests import made_up
 
@@ -136,5 +134,7 @@ def test_what_is_wrong_beside_a_set_that_is_refused_is_said_in_its_row(tmp_path:
     wrong = replace(capability(mine=90), wrong={"mine": "drawn evenly: a limit is violated"})
     key = replace(gone.key, vehicle="ukwial", demands="active")
     run = run_of(tmp_path, Method(name="mine", plugin=True), replace(gone, key=key), wrong)
-    assert "refused: takes no limits; wrong: drawn evenly: a limit is violated" in section(run, frozenset())
-    assert "a limit is violated" in failures.section(run, frozenset())
+    assert "refused: takes no limits; wrong: drawn evenly: a limit is violated" in candidates(
+        run, frozenset()
+    )
+    assert "a limit is violated" in facts.agreement(run, frozenset())

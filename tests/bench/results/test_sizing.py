@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from bench.commands.size import command
 from bench.record import Batch, Capability, Cell, Judged, Key, Method, Served
 from bench.record.file import CanaryError, CanaryFile, read_canary
-from bench.report.readme import served_share
+from bench.results.ranking import served_share
 from bench.results.rows import Run, read_run
 from bench.results.size import Fit, Loop, Size, judge_times
 from bench.results.sizing import Transfer, sizes, transfer
