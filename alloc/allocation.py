@@ -51,6 +51,8 @@ class Allocation(NamedTuple):
     solver_s : time by the solver's own clock [s], NaN where it has none
     share : the part of each level of the demand that was delivered, 0 … 1 [-], without what no working
         thruster pushes; empty for a method without levels
+    residual : (k,) T P f minus the promised wrench [N, N m]: what thrusts make along weak directions; empty
+        for a method without levels
 
     Raises TypeError where it is asked whether it is true: ``found`` and ``status`` say two different things.
     """
@@ -60,6 +62,7 @@ class Allocation(NamedTuple):
     iterations: int = 0
     solver_s: float = nan
     share: tuple[float, ...] = ()
+    residual: FloatArray | tuple[()] = ()
 
     @property
     def found(self) -> bool:
@@ -150,9 +153,10 @@ def answer(
     iterations: int = 0,
     solver_s: float = nan,
     share: tuple[float, ...] = (),
+    residual: FloatArray | tuple[()] = (),
 ) -> Allocation:
     """An Allocation, made without NamedTuple's slower Python-level constructor."""
-    return _new(Allocation, (f, status, iterations, solver_s, share))
+    return _new(Allocation, (f, status, iterations, solver_s, share, residual))
 
 
 def checked(tau: ArrayLike, k: int) -> FloatArray:

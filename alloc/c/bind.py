@@ -13,6 +13,7 @@ from textwrap import indent
 from typing import Any, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from alloc.allocation import (
     LARGEST_DEMAND,
@@ -29,7 +30,9 @@ from alloc.c.statements import ALONE, Statements
 from alloc.c.target import Recipe, Target
 from alloc.c.text import helpers
 from alloc.errors import NotInstalled
+from alloc.formulations import find_formulation
 from alloc.program import Branch, Exit, Fence, Node, Where, Write
+from alloc.reach.way import Way
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import at_call, limits_of
 
@@ -104,19 +107,23 @@ def native(
         none; asked at the first call that it can answer
     """
     library = _loaded(path)
+    way, seen = find_formulation(formulation).way, find_formulation(formulation).subject(vehicle)
+    nothing = np.zeros(vehicle.k)
+    nothing.setflags(write=False)
     addresses = [ctypes.cast(library[name], ctypes.c_void_p).value for name in functions]
     objects = {
         "allocation": Allocation,
         "checked": checked,
         "checked_many": checked_many,
-        "limits": at_call(vehicle, held=True),
-        "limits_many": partial(limits_of, vehicle, held=True),
+        "limits": at_call(seen, held=True),
+        "limits_many": partial(limits_of, seen, held=True),
         "f_min": vehicle.f_min,
         "f_max": vehicle.f_max,
         "statuses": tuple(Status),
         "iterations": 0,
         "solver_s": nan,
         "no_share": (),
+        "residual": nothing if levels else (),
         "formulation": formulation,
         "limited": limited,
         "tolerance": tolerance,
@@ -124,7 +131,33 @@ def native(
         "library": library,
         "together": together or _apart,
     }
-    return cast(Allocator, _binding().Native(*addresses, vehicle.k, vehicle.n, levels, state, objects))
+    made = cast(Allocator, _binding().Native(*addresses, vehicle.k, vehicle.n, levels, state, objects))
+    return _WithResidual(made, vehicle, way(vehicle)) if way and seen is not vehicle else made
+
+
+class _WithResidual:
+    """A bound allocator that leaves out weak directions: its answers state what thrusts make along them."""
+
+    def __init__(self, made: Allocator, vehicle: Vehicle, way: Way) -> None:
+        """Wrap an allocator for a vehicle and its way."""
+        self._made, self._vehicle, self._way = made, vehicle, way
+        self.formulation, self.limited, self.tolerance = made.formulation, made.limited, made.tolerance
+        self.worst_case_steps = made.worst_case_steps if isinstance(made, BoundedSteps) else None
+        self.many = made.many
+        self._limits = at_call(vehicle.strong, held=True)
+
+    def __call__(
+        self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+    ) -> Allocation:
+        """Allocate one wrench (k,) [N, N m] within the limits of the call (n,) [N]."""
+        found = self._made(tau, f_min, f_max)
+        if not found.found:
+            return found
+        low, high = self._limits(f_min, f_max)
+        shares = np.array([found.share])
+        wrench = checked(tau, self._vehicle.k)[None]
+        end = self._way.delivered(wrench, self._way.departure(low, high), shares)[0]
+        return found._replace(residual=self._vehicle.TP @ found.f - end)
 
 
 def _loaded(path: Path) -> ctypes.CDLL:

@@ -29,11 +29,11 @@ enum { FIRST_WITHOUT_THRUST = 2, LAST_STATUS = 3, MOST_LEVELS = 16 };
 /* Python objects that an allocator holds, in the order of `fields`. */
 enum {
     ALLOCATION, CHECKED, CHECKED_MANY, LIMITS, LIMITS_MANY, F_MIN, F_MAX, STATUSES, ITERATIONS, SOLVER_S,
-    NO_SHARE, FORMULATION, LIMITED, TOLERANCE, WORST_CASE_STEPS, LIBRARY, TOGETHER, HELD
+    NO_SHARE, RESIDUAL, FORMULATION, LIMITED, TOLERANCE, WORST_CASE_STEPS, LIBRARY, TOGETHER, HELD
 };
 static const char *const fields[HELD] = {
     "allocation", "checked", "checked_many", "limits", "limits_many", "f_min", "f_max", "statuses", "iterations",
-    "solver_s", "no_share", "formulation", "limited", "tolerance", "worst_case_steps", "library",
+    "solver_s", "no_share", "residual", "formulation", "limited", "tolerance", "worst_case_steps", "library",
     "together",
 };
 
@@ -247,7 +247,7 @@ static inline PyObject *answered(const Native *self, const double *tau, const do
     PyTypeObject *allocation = (PyTypeObject *)self->held[ALLOCATION];
     npy_intp n = self->n;
     PyObject *f = PyArray_SimpleNewFromDescr(1, &n, PyArray_DescrFromType(NPY_DOUBLE));
-    PyObject *answer = f != NULL ? allocation->tp_alloc(allocation, 5) : NULL;
+    PyObject *answer = f != NULL ? allocation->tp_alloc(allocation, 6) : NULL;
     if (answer == NULL) {
         Py_XDECREF(f);
         return NULL;
@@ -260,6 +260,7 @@ static inline PyObject *answered(const Native *self, const double *tau, const do
     PyTuple_SET_ITEM(answer, 3, Py_NewRef(self->held[SOLVER_S]));
     PyObject *delivered = self->levels ? shares(self, share) : Py_NewRef(self->held[NO_SHARE]);
     PyTuple_SET_ITEM(answer, 4, delivered);
+    PyTuple_SET_ITEM(answer, 5, Py_NewRef(self->held[RESIDUAL]));
     if (delivered == NULL) {
         Py_CLEAR(answer);
     }

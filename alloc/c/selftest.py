@@ -44,7 +44,10 @@ def selftest(target: Target, digest: str) -> str:
     all answers agree, else with 1; it prints the largest error, and the ``digest`` of header and source.
     """
     vehicle, scalar, levels = target.vehicle, target.scalar, target.levels
-    rows = [row for fault in (-1, *target.failures.tolist()) for row in _rows(target, fault)]
+    known = (-1, *target.failures.tolist())
+    rows = [row for fault in known for row in _rows(target, fault)]
+    each = {fault: target.method.subject(target.with_fault(fault)) for fault in known}
+    differ = any(subject.units is not None for subject in each.values())  # each leaves other directions out
     at_call = target.limits == "call"
     ends = f"    {scalar} f_min[{vehicle.n}];\n    {scalar} f_max[{vehicle.n}];\n" * at_call
     shares = f"    {scalar} allowed_share;\n    {scalar} share[{levels}];\n" * (levels > 0)
@@ -55,7 +58,9 @@ def selftest(target: Target, digest: str) -> str:
         "N": str(vehicle.n),
         "K": str(vehicle.k),
         "LEVELS": str(levels),
-        "CALL(one)": f"{target.name}({call})",
+        "CALL(one)": f"(T = of_each[(one).fault + 1], {target.name}({call}))"
+        if differ
+        else f"{target.name}({call})",
         "LIMITS(one)": "(one).f_min, (one).f_max" if at_call else "low, high",
         "UNTOUCHED": number(UNTOUCHED, scalar),
         "JUMP": number(JUMP * vehicle.f_scale, scalar),
@@ -63,6 +68,9 @@ def selftest(target: Target, digest: str) -> str:
         "SAME_EFFORT": number(1.0 + MET[scalar] / 10, scalar),
     }
     tables = [table("T", vehicle.TP, scalar)]
+    if differ:
+        of_each = np.array([each.get(fault, vehicle).TP for fault in range(-1, vehicle.n)])
+        tables = [table("of_each", of_each, scalar), f"static const {scalar} (*T)[N];"]
     tables += [table("most", MISSED[scalar] * vehicle.wrench_scale, scalar)]
     if levels:
         tables += [table("H", vehicle.H, scalar)]
@@ -98,8 +106,9 @@ static const struct {{
 
 def _rows(target: Target, fault: int) -> Iterator[str]:
     """The initialisers of all cases of one fault."""
-    vehicle, scalar, limits, levels = target.with_fault(fault), target.scalar, target.limits, target.levels
-    allocator = target.method.build(vehicle)
+    allocator = target.method.build(target.with_fault(fault))
+    vehicle = target.method.subject(target.with_fault(fault))
+    scalar, limits, levels = target.scalar, target.limits, target.levels
     asked = cases(target, vehicle, allocator)
     # NaN shows a kernel that reads the limits of a thruster that is off.
     off = vehicle.readiness == 0

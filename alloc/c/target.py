@@ -9,6 +9,7 @@ from types import ModuleType
 from alloc.allocation import Allocator, IndexArray
 from alloc.errors import NotApplicable
 from alloc.files.modules import check_for
+from alloc.formulations import find_formulation
 from alloc.kernels.tolerance import check_single
 from alloc.program import Faults, Program, Scalar, Where
 from alloc.vehicle import Vehicle
@@ -53,8 +54,12 @@ class Recipe:
         if self.make_for_all is None:
             raise NotApplicable(f"{self.name}: has no one function for all faults; leave out --faults all")
         if scalar == "float":
-            check_single(vehicle)
+            check_single(self.subject(vehicle))
         return self.make_for_all(vehicle, limits, scalar)
+
+    def subject(self, vehicle: Vehicle) -> Vehicle:
+        """The vehicle whose wrench the answers are held to; see ``Formulation.subject``."""
+        return find_formulation(self.formulation).subject(vehicle)
 
     def levels(self, vehicle: Vehicle) -> int:
         """How many shares the C function writes behind f."""
@@ -87,7 +92,7 @@ def _none(vehicle: Vehicle, scalar: Scalar) -> float:
 @lru_cache(maxsize=64)
 def _made(kernel: Recipe, vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     if scalar == "float":
-        check_single(vehicle)
+        check_single(kernel.subject(vehicle))
     return kernel.make(vehicle, limits, scalar)
 
 

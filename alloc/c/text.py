@@ -35,9 +35,14 @@ def _literal(value: float, scalar: Scalar) -> str:
 
 
 def table(name: str, values: FloatArray, scalar: Scalar) -> str:
-    """The C of a constant array of one or two dimensions."""
+    """The C of a constant array of one to three dimensions."""
     sizes = "".join(f"[{size}]" for size in values.shape)
-    rows = [listed(row, scalar) for row in values] if values.ndim > 1 else [listed(values, scalar)[1:-1]]
+    if values.ndim == 1:
+        rows = [listed(values, scalar)[1:-1]]
+    elif values.ndim == 2:
+        rows = [listed(row, scalar) for row in values]
+    else:
+        rows = [f"{{{', '.join(listed(row, scalar) for row in matrix)}}}" for matrix in values]
     lines = ",\n".join(f"    {row}" for row in rows)
     return f"static const {scalar} {name}{sizes} = {{\n{lines}\n}};"
 

@@ -126,6 +126,10 @@ class Formulation:
     way: Callable[[Vehicle], Way] | None = None
     pose: Callable[..., Posed] | None = None
 
+    def subject(self, vehicle: Vehicle) -> Vehicle:
+        """The vehicle whose wrench an answer is held to: of a formulation with a way its strong part."""
+        return vehicle.strong if self.way else vehicle
+
     def optimal_for(self, vehicle: Vehicle) -> bool:
         """True if answers are optimal for this vehicle too: groups that share thrusters take turns."""
         if not (self.optimal and self.way and vehicle.groups):

@@ -14,7 +14,7 @@ from alloc.vehicle import Vehicle
 
 def by_level(vehicle: Vehicle) -> Way:
     """The levels of the vehicle; each but the last leaves a little, so that the answer is continuous."""
-    return Way(vehicle, vehicle.priority, [KEEP] * (len(vehicle.priority) - 1) + [1.0])
+    return Way(vehicle.strong, vehicle.priority, [KEEP] * (len(vehicle.priority) - 1) + [1.0])
 
 
 FORMULATION = Formulation(

@@ -12,7 +12,7 @@ from alloc.vehicle import Vehicle
 
 def straight(vehicle: Vehicle) -> Way:
     """One level with all axes, which goes all the way to the edge."""
-    return Way(vehicle, [vehicle.dof], [1.0])
+    return Way(vehicle.strong, [vehicle.dof], [1.0])
 
 
 FORMULATION = Formulation(

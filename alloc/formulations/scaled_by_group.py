@@ -13,7 +13,7 @@ from alloc.vehicle import Vehicle
 def straight_in_each_group(vehicle: Vehicle) -> Way:
     """A level a group; to the edge where none that comes later shares a thruster, and so nothing is left."""
     levels = vehicle.groups or groups(vehicle, vehicle.T)
-    return Way(vehicle, levels, keeps(vehicle, levels))
+    return Way(vehicle.strong, levels, keeps(vehicle, levels))
 
 
 FORMULATION = Formulation(

@@ -35,14 +35,17 @@ def by_level(
     """The answer of a formulation with a way; raises NotApplicable for too many facets or steps.
 
     With ``faults`` it is one program for many: a thruster that is off is one whose limits are zero. Where
-    that loses a direction, the steps of several levels are others, so of these it is left out.
+    that loses a direction, the steps of several levels are others, so of these it is left out; so is one
+    that leaves a direction weak, whose thrusts solve other equations. Where the whole vehicle has a weak
+    direction T differs from fault to fault, and the program is for the vehicle alone.
     """
     assert formulation.way is not None
-    way = formulation.way(vehicle)
+    way, whole = formulation.way(vehicle), vehicle
+    vehicle = formulation.subject(vehicle)
     known = {
         fault: state
-        for fault, state in (together(vehicle) if faults else {}).items()
-        if len(way.levels) == 1 or state.rank == vehicle.rank
+        for fault, state in (together(vehicle) if faults and vehicle is whole else {}).items()
+        if state.strong is state and (len(way.levels) == 1 or state.rank == vehicle.rank)
     }
     builder = Builder(vehicle, limits, scalar, known)
     structure, again = decompose(vehicle), builder.limits.again()

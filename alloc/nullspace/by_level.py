@@ -32,6 +32,8 @@ HALVINGS = 20
 class ByLevel:
     """The allocator of a formulation with a way: SOLVED where all of the demand is delivered, else PARTIAL.
 
+    A weak direction (``Vehicle.weak``) is left out as one that no thruster pushes: answers are those of
+    ``Vehicle.strong``, and ``Allocation.residual`` has what their thrusts make along weak directions.
     ``Allocation.share`` has what was delivered of each level, 0 … 1. INFEASIBLE says that the limits of the
     call contradict themselves. Rounding may put the end of a way outside of the attainable set by its last
     digits, so the exact answer takes it as attainable, and its thrusts are moved onto the limits.
@@ -43,17 +45,20 @@ class ByLevel:
         """Prepare way and exact answer; raises NotApplicable where one of them is refused."""
         assert formulation.way is not None
         self.formulation = formulation.name
-        self._vehicle = vehicle
+        self._vehicle, strong = vehicle, formulation.subject(vehicle)
         self._way = way = formulation.way(vehicle)
-        self._exact = exact(vehicle, tolerance=inf)
+        self._exact = exact(strong, tolerance=inf)
+        self._leaves_out = strong is not vehicle
+        self._none = np.zeros(vehicle.k)
+        self._none.setflags(write=False)
         self.tolerance = self._exact.tolerance
-        self._limits_of_call = at_call(vehicle, held=True)
+        self._strong, self._limits_of_call = strong, at_call(strong, held=True)
         self._own = way.departure(vehicle.f_min, vehicle.f_max)
         self._limits = list(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
         self._all, self._nothing = (1.0,) * len(way.keep), (0.0,) * len(way.keep)
         # (k, n) and (k,): T f - tau in units in which 1 is the largest miss that counts as met.
-        self._unit = 1.0 / (EXACT_TOLERANCE * vehicle.wrench_scale)
-        self._T = vehicle.TP * self._unit[:, None]
+        self._unit = 1.0 / (EXACT_TOLERANCE * strong.wrench_scale)
+        self._T = strong.TP * self._unit[:, None]
 
     def __call__(
         self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
@@ -64,7 +69,9 @@ class ByLevel:
         if f_min is not None or f_max is not None:
             lows, highs = self._limits_of_call(f_min, f_max)
             if not all(map(le, lows.tolist(), highs.tolist())):
-                return answer(np.full(self._vehicle.n, nan), Status.INFEASIBLE, share=self._nothing)
+                return answer(
+                    np.full(self._vehicle.n, nan), Status.INFEASIBLE, share=self._nothing, residual=self._none
+                )
             begin, limits = (
                 self._way.departure(lows, highs),
                 list(zip(lows.tolist(), highs.tolist(), strict=True)),
@@ -75,16 +82,22 @@ class ByLevel:
                 if not low <= x <= high:
                     break
             else:
-                return answer(f, Status.SOLVED, self._vehicle.n, share=self._all)
+                return answer(f, Status.SOLVED, self._vehicle.n, share=self._all, residual=self._none)
         end, share = self._way.towards(wrench, begin)
-        f, found, steps, _, _ = self._exact.within(end, limits)
+        f, found, steps, *_ = self._exact.within(end, limits)
         if found is not Status.SOLVED:
             return self._back(wrench, begin, share, limits)
         if min(share) == 1.0:
             missed = self._T.dot(f) - self._unit * wrench
             if missed.dot(missed) <= 1.0:  # the Euclidean norm is never below the largest entry
-                return answer(f, Status.SOLVED, steps, share=share)
-        return answer(f, Status.PARTIAL, steps, share=share)
+                return answer(f, Status.SOLVED, steps, share=share, residual=self._residual(f, end))
+        return answer(f, Status.PARTIAL, steps, share=share, residual=self._residual(f, end))
+
+    def _residual(self, f: FloatArray, end: FloatArray) -> FloatArray:
+        if not self._leaves_out:
+            return self._none
+        made: FloatArray = self._vehicle.TP.dot(f) - end
+        return made
 
     def _back(
         self,
@@ -94,15 +107,16 @@ class ByLevel:
         limits: list[tuple[float, float]],
     ) -> Allocation:
         """The answer where no thrusts are found for the end of the way: for as much of it as they are."""
-        best = answer(start(*np.array(limits).T), Status.PARTIAL, share=self._nothing)
+        best = answer(start(*np.array(limits).T), Status.PARTIAL, share=self._nothing, residual=self._none)
 
         def reached(lost: float) -> bool:
             nonlocal best
             less = np.array([share]) * (1.0 - lost)
             end = self._way.delivered(wrench[None], begin, less)[0]
-            f, found, steps, _, _ = self._exact.within(end, limits)
+            f, found, steps, *_ = self._exact.within(end, limits)
             if found is Status.SOLVED:
-                best = answer(f, Status.PARTIAL, steps, share=tuple(less[0].tolist()))
+                shares = tuple(less[0].tolist())
+                best = answer(f, Status.PARTIAL, steps, share=shares, residual=self._residual(f, end))
             return found is Status.SOLVED
 
         high = next(i for i in range(1, len(LOST)) if LOST[i] == 1.0 or reached(LOST[i]))
@@ -117,7 +131,7 @@ class ByLevel:
     ) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches, all demands side by side; limits (n,) or (N, n) [N]."""
         wrenches = checked_many(taus, self._vehicle.k)
-        lows, highs = limits_of(self._vehicle, len(wrenches), f_min, f_max, held=True)
+        lows, highs = limits_of(self._strong, len(wrenches), f_min, f_max, held=True)
         possible = (lows <= highs).all(axis=1)
         highs = np.maximum(lows, highs)  # where they contradict themselves the answer is NaN anyhow
         begin = self._own if f_min is None and f_max is None else self._way.departure(lows, highs)

@@ -227,7 +227,7 @@ def limits_of(made: Sequence[Esc]) -> tuple[FloatArray, FloatArray]:
     return low, high
 
 
-def table_of(made: Sequence[Esc]) -> VoltageTable | None:
+def voltage_table(made: Sequence[Esc]) -> VoltageTable | None:
     """Limits by voltage at the ends of the curves; None where one of them has fewer than two voltages."""
     if any(len(esc.volts) < 2 for esc in made):
         return None

@@ -13,12 +13,13 @@ from alloc.errors import VehicleError, unknown
 from alloc.files.keys import convert
 from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle import Vehicle
-from alloc.vehicle.esc_file import LARGEST_COMMAND, escs, limits_of, table_of, with_curve_read
+from alloc.vehicle.esc_file import LARGEST_COMMAND, escs, limits_of, voltage_table, with_curve_read
 from alloc.vehicle.geometry import DOF, contradictions, planar_matrix, pose_matrix, possible, refusals
-from alloc.vehicle.keys import EscKeys, Numbers, Planar, Rates, VehicleFile
+from alloc.vehicle.keys import EscKeys, Numbers, Planar, Rates, SurveyKeys, VehicleFile
 from alloc.vehicle.limits import Slew, VoltageTable
 from alloc.vehicle.model import SINGULAR
 from alloc.vehicle.names import listed
+from alloc.vehicle.weak import ALL_WEAK, DRAWN, Survey
 
 SLACK_WEIGHT = 2000.0
 """Default diagonal of Q, relative to H = I: the value vortex-auv ships (auv_setup, nautilus.yaml)."""
@@ -45,6 +46,9 @@ def build_vehicle(keys: VehicleFile) -> Vehicle:
             f"moves independently from 'dof', or write 'rank: {vehicle.rank}' if that is meant",
             "rank",
         )
+    if len(vehicle.weak) == vehicle.k:
+        key = "survey" if keys.weak == "auto" else "weak"
+        raise VehicleError(f"{key}: {ALL_WEAK}", key)
     return vehicle
 
 
@@ -121,7 +125,7 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
     if f_min is None or f_max is None:
         low, high = limits_of(made)
         f_min, f_max = low if f_min is None else f_min, high if f_max is None else f_max
-    by_volts = table_of(made) if keys.volts is None and made else None
+    by_volts = voltage_table(made) if keys.volts is None and made else None
     return Vehicle(
         name=keys.name,
         dof=tuple(keys.dof),
@@ -136,6 +140,8 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
         by_volts=by_volts if keys.volts is None else _by_volts(keys.volts, n),
         priority=tuple(map(tuple, keys.priority)),
         groups=tuple(map(tuple, keys.groups)),
+        survey=DRAWN if keys.survey is None else _survey(keys.survey),
+        weak_limit=None if keys.weak == "auto" else float(keys.weak),
         names=names,
         frame=keys.frame or "frd",
         esc=made,
@@ -157,6 +163,13 @@ def _names(keys: VehicleFile) -> tuple[str, ...]:
     if any(of_poses):
         raise VehicleError("names: 'thrusters' names them already; keep one of the two", "names")
     return tuple(keys.names)
+
+
+def _survey(keys: SurveyKeys) -> Survey:
+    given = {key: value for key in ("mm", "deg", "relative") if (value := getattr(keys, key)) is not None}
+    if "relative" in given and len(given) > 1:
+        raise VehicleError("survey: mm and deg are of poses, relative of T; give one of the two", "survey")
+    return Survey(**given)
 
 
 def _slew(slew: float | Numbers | Rates, n: int) -> Slew:

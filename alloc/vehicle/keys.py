@@ -63,6 +63,20 @@ class Rates(msgspec.Struct, forbid_unknown_fields=True):
     down: float | Numbers
 
 
+class SurveyKeys(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """Tolerance of a geometry: of poses, or of the entries of T.
+
+    Attributes
+    ----------
+    mm, deg : of positions along each axis [mm] and of directions about each [deg]
+    relative : of each entry of T, relative to the largest of its row [-]
+    """
+
+    mm: float | None = None
+    deg: float | None = None
+    relative: float | None = None
+
+
 class Thruster(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     """One thruster at a pose.
 
@@ -112,6 +126,8 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     groups : the axes in groups, each of which keeps its direction then; left out, those that share thrusters
     names : what people call each thruster, where ``thrusters`` does not say; "" for one without a name
     rank : intended rank of T where it is below k
+    survey : how well poses, or T, are known; left out, 3 mm and 0.3 deg, or 1 % where T is no poses'
+    weak : auto, by ``survey``; or sigma / sigma_max up to which methods with a share leave a direction out
     notes : remarks, such as what an import assumed
     """
 
@@ -137,6 +153,8 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     groups: list[list[Axis]] = []
     names: list[str] | None = None
     rank: int | None = None
+    survey: SurveyKeys | None = None
+    weak: Literal["auto"] | float = "auto"
     notes: list[str] = []
 
 

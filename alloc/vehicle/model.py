@@ -16,6 +16,7 @@ from alloc.vehicle.frame import Frame, checked_frame, turned
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.limits import Interval, Slew, VoltageTable, check_slew, check_table, of_a_moment
 from alloc.vehicle.names import Priority, check_names, checked_levels, checked_priority, index_of
+from alloc.vehicle.weak import ALL_WEAK, DRAWN, Directions, Survey, check_limit, directions
 
 ARRAYS = ("T", "H", "f_min", "f_max", "readiness", "slack_weights")
 LARGEST, SMALLEST = 1e15, 1e-9
@@ -118,6 +119,9 @@ class Vehicle:
     names : (n,) what people call each thruster, "" for one without a name; empty where none has one
     frame : of T and of every wrench: frd (x ahead, y to starboard, z down) or flu (x ahead, y to port, z up)
     esc : (n,) what stands between each thrust and the wire; empty where nothing says
+    survey : how well the geometry is known
+    weak_limit : sigma / sigma_max up to which a direction is weak; None where the survey decides
+    units : (k,) lengths that rows of T count with; None where these are their own
     """
 
     name: str
@@ -137,6 +141,9 @@ class Vehicle:
     frame: Frame = "frd"
     esc: tuple[Esc, ...] = ()
     groups: Priority = ()
+    survey: Survey = DRAWN
+    weak_limit: float | None = None
+    units: FloatArray | None = None
 
     def __post_init__(self) -> None:
         """Freeze private copies of the arrays; raise VehicleError where they describe no vehicle."""
@@ -153,6 +160,7 @@ class Vehicle:
         for key, array in arrays.items():
             object.__setattr__(self, key, _frozen(array))
         check_parts(self.name, n, self.slew, self.by_volts, self.esc)
+        check_limit(self.name, self.weak_limit)
 
     @property
     def k(self) -> int:
@@ -213,10 +221,49 @@ class Vehicle:
         A row that no thruster moves (0, or rounding such as cos 90 deg) gets the length of the longest
         row, so that the quotient is defined and the row stays zero.
         """
-        lengths = np.linalg.norm(self.T, axis=1)
-        longest = lengths.max()
-        counted: FloatArray = np.where(lengths > RANK_TOLERANCE * longest, lengths, longest)
+        if self.units is not None:
+            return _frozen(self.units.copy())
+        own = np.linalg.norm(self.T, axis=1)
+        longest = own.max()
+        counted: FloatArray = np.where(own > RANK_TOLERANCE * longest, own, longest)
         return _frozen(counted)
+
+    @cached_property
+    def directions(self) -> Directions:
+        """Directions of wrench with their authority and what the survey's tolerance makes of nothing."""
+        far = np.maximum(np.abs(self.f_min), np.abs(self.f_max))
+        far = np.where(far > 0.0, far, self.f_scale)  # limits of zero are a choice, no loss
+        return directions(self.T, self.readiness, far, self.dof, self.survey)
+
+    @cached_property
+    def _weak(self) -> IndexArray:
+        """Indices of the weak ``directions``, lost ones included."""
+        return self.directions.weak(self.rank, self.weak_limit)
+
+    @property
+    def weak(self) -> FloatArray:
+        """(m, k) rows c, applied as c'tau, of the directions that methods with a share leave out."""
+        return self.directions.rows[self._weak]
+
+    @property
+    def weak_left(self) -> FloatArray:
+        """(m,) sigma / sigma_max of each weak direction [-]; 0 where no thruster pushes along it."""
+        sigma = self.directions.sigma
+        return np.where(self._weak < self.rank, sigma[self._weak] / sigma[0], 0.0)
+
+    @cached_property
+    def strong(self) -> "Vehicle":
+        """This vehicle with T that pushes nothing along its weak directions; itself where it has none.
+
+        A direction that is lost already changes nothing. Raises VehicleError where all directions are weak.
+        """
+        pushed = self._weak[self._weak < self.rank]
+        if not pushed.size:
+            return self
+        if len(self._weak) == self.k:
+            raise VehicleError(f"{self.name}: {ALL_WEAK}", "weak")
+        T, units = self.directions.strong_rows(self.T, self.row_lengths, pushed)
+        return replace(self, T=T, units=units, weak_limit=0.0)
 
     @cached_property
     def wrench_scale(self) -> FloatArray:

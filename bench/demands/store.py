@@ -13,6 +13,7 @@ from alloc.allocation import FloatArray
 from alloc.vehicle.esc import Esc
 from alloc.vehicle.limits import Slew, VoltageTable
 from alloc.vehicle.model import ARRAYS
+from alloc.vehicle.weak import Survey
 from bench.demands import DemandSet
 
 ESC = tuple(field.name for field in fields(Esc))
@@ -26,6 +27,12 @@ def arrays_of(vehicle: Vehicle) -> dict[str, NDArray[Any]]:
     arrays |= {k: getattr(vehicle, k) for k in ARRAYS}
     for key in LEVELS:
         arrays[key] = np.array([",".join(level) for level in getattr(vehicle, key)], dtype=str)
+    survey = vehicle.survey
+    arrays["survey"] = np.array(
+        [survey.mm, survey.deg, survey.relative, vehicle.weak_limit], dtype=np.float64
+    )
+    if vehicle.units is not None:
+        arrays["units"] = vehicle.units
     if vehicle.slew is not None:
         arrays |= {"slew up": vehicle.slew.up, "slew down": vehicle.slew.down}
     if (table := vehicle.by_volts) is not None:
@@ -41,6 +48,10 @@ def vehicle_of(arrays: Mapping[str, NDArray[Any]]) -> Vehicle:
     """The vehicle made of what ``arrays_of`` returned."""
     name, source, whole, *frame = map(str, arrays["vehicle"])
     numbers: dict[str, Any] = {key: arrays[key] for key in ARRAYS}
+    if "survey" in arrays:  # logs of boards before it have none
+        mm, deg, *known = arrays["survey"].tolist()
+        relative, weak = (None if np.isnan(each) else each for each in known)
+        numbers |= {"survey": Survey(mm, deg, relative), "weak_limit": weak, "units": arrays.get("units")}
     if "slew up" in arrays:
         numbers["slew"] = Slew(arrays["slew up"], arrays["slew down"])
     if "volts" in arrays:
@@ -65,7 +76,8 @@ def _esc(arrays: Mapping[str, NDArray[Any]], i: int) -> Esc:
 def same_vehicle(a: Vehicle, b: Vehicle) -> bool:
     """True if two vehicles have the same numbers."""
     same = all(np.array_equal(getattr(a, key), getattr(b, key)) for key in ARRAYS)
-    return same and (a.priority, a.groups, a.frame) == (b.priority, b.groups, b.frame)
+    words = ("priority", "groups", "frame", "survey", "weak_limit")
+    return same and all(getattr(a, key) == getattr(b, key) for key in words)
 
 
 def save(path: Path, **arrays: NDArray[Any]) -> None:

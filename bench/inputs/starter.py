@@ -32,6 +32,8 @@ COMMENTS = {
     "weights": "effort of each thruster, the diagonal of H",
     "volts": "V: [f_min, f_max]; limits by the battery's voltage, linear between",
     "esc": "what goes to the ESCs: neutral, range, step, reversed, dead_band, and the measured curve",
+    "survey": "how well poses are known: mm and deg",
+    "weak": "auto: methods with a share leave out what the survey could make of nothing; 0: never",
     "slew": "[N/s], how fast thrusts may change",
 }
 FIRST = ("name", "source", "dof", "frame", "thrusters", "T", "center_of_mass", "f_min", "f_max")

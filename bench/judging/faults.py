@@ -44,8 +44,9 @@ def misstated(
         np.broadcast_to(side, (len(demands.taus), vehicle.n))[demand[rows]] for side in demands.limits
     )
     begin = way.departure(low, np.maximum(low, high))
-    missed = f[rows] @ vehicle.TP.T - way.delivered(demands.taus[demand[rows]], begin, taken)
-    off = np.abs(missed / vehicle.wrench_scale).max(axis=1, initial=0.0)
+    seen = find_formulation(formulation).subject(vehicle)
+    missed = f[rows] @ seen.TP.T - way.delivered(demands.taus[demand[rows]], begin, taken)
+    off = np.abs(missed / seen.wrench_scale).max(axis=1, initial=0.0)
     wrong[rows] = ~(off <= wrench_tolerance + vehicle.n * tolerance)
     return wrong
 
@@ -111,7 +112,8 @@ def measured(question: Question, answers: Sequence[Allocation], formulation: str
     finite = np.logical_and.reduce(np.isfinite(F), axis=1)
     f = np.where(finite[:, None], F, 0.0)
     right = right_answers(question, formulation)
-    error = np.abs(f @ vehicle.TP.T - demands.taus[demand])
+    seen = find_formulation(formulation).subject(vehicle)
+    error = np.abs(f @ seen.TP.T - demands.taus[demand])
     low, high = (np.broadcast_to(side, right.shape)[demand] for side in demands.limits)
     return Measured(
         F=F,
@@ -122,7 +124,7 @@ def measured(question: Question, answers: Sequence[Allocation], formulation: str
         misshapen=misshapen,
         shared=shared(thrusts),
         error=error,
-        relative=(error / vehicle.wrench_scale).max(axis=1),
+        relative=(error / seen.wrench_scale).max(axis=1),
         violation=np.maximum(f - high, low - f).max(axis=1).clip(min=0.0),
         distance=np.abs(f - right[demand]).max(axis=1),
     )

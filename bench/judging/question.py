@@ -165,7 +165,8 @@ def _reference_cases(formulation: Formulation, demands: DemandSet) -> list[Case]
         each = asked.twice(*given) if isinstance(asked, EndOf) else (asked(*given),)
     except NotApplicable:
         return []
-    return [Case(demands.vehicle, taus, demands.f_min, demands.f_max) for taus in each]
+    vehicle = formulation.subject(demands.vehicle)
+    return [Case(vehicle, taus, demands.f_min, demands.f_max) for taus in each]
 
 
 def _right(formulation: Formulation, question: Question, answers: Answers) -> FloatArray:

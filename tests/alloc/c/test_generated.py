@@ -21,9 +21,12 @@ from alloc.c.statements import STATUSES
 from alloc.errors import DemandError, UnknownName
 from alloc.methods import recipe, recipes
 from alloc.program import Faults, Scalar, Where
+from alloc.vehicle.weak import Survey
 from bench.demands import build_demands
 from bench.demands.generated import numbered, vehicle_of
+from bench.demands.surveys import move_poses
 from tests.nullspace_cases import SHAPES, demands_of_known_verdict, random_vehicle
+from tests.places import DOCS
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
 
@@ -132,6 +135,18 @@ def test_generated_c_is_clean_and_agrees_with_python_for_every_fault(
 def test_one_function_for_all_faults_agrees_with_python_for_each(kernel, name, limits, tmp_path) -> None:
     """Faults that lose a direction are among them; of several levels these have code of their own."""
     check_itself(load_vehicle(name), kernel, "float", limits, tmp_path, "all")
+
+
+@pytest.mark.parametrize(
+    ("kernel", "scalar", "limits"), [("scaled", "float", "call"), ("priority", "double", "fixed")]
+)
+@pytest.mark.parametrize("name", [str(DOCS / "vehicles/bluerov2-surveyed.yaml"), "bluerov2"])
+def test_c_of_a_surveyed_vehicle_leaves_out_what_each_fault_leaves_weak(
+    kernel: str, scalar: Scalar, limits: Where, name: str, tmp_path: Path
+) -> None:
+    vehicle = move_poses(load_vehicle(name), Survey(), np.random.default_rng(2))
+    assert any(vehicle.with_fault(i).weak_left.any() for i in range(vehicle.n))
+    check_itself(vehicle, kernel, scalar, limits, tmp_path, "all")
 
 
 @pytest.mark.parametrize("kernel", ["scaled", "nullspace"])

@@ -319,7 +319,7 @@ def test_the_time_cap_of_highs_holds_for_each_call_and_not_for_all_together(
     allocate = build("qp/highs", VEHICLE)
     spent = 0.0
     while spent < 0.6:
-        _, status, _, seconds, _ = allocate([300.0, 50, -60])
+        _, status, _, seconds, *_ = allocate([300.0, 50, -60])
         assert status == Status.SOLVED
         spent += seconds
 

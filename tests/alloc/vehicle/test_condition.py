@@ -43,7 +43,7 @@ def test_a_solver_s_promise_follows_weights_and_the_weakest_thruster() -> None:
 
 @pytest.mark.parametrize("method", ["nullspace", "scaled"])
 def test_the_exact_method_is_refused_with_the_number_where_t_all_but_loses_rank(method: str) -> None:
-    vehicle = nearly_singular(load_vehicle("ukwial"), 3e8)
+    vehicle = replace(nearly_singular(load_vehicle("ukwial"), 3e8), weak_limit=0.0)
     assert condition(vehicle) == pytest.approx(3e8, rel=0.3)
     with pytest.raises(
         NotApplicable,

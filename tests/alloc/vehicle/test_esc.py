@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from alloc import Vehicle, load_vehicle
 from alloc.errors import AllocError, DemandError, FileError, VehicleError
 from alloc.vehicle.esc import Esc, Made
-from alloc.vehicle.esc_file import GRAVITY, escs, monotone, read_curve, shipped_curves, table_of
+from alloc.vehicle.esc_file import GRAVITY, escs, monotone, read_curve, shipped_curves, voltage_table
 from alloc.vehicle.keys import EscKeys
 
 HEAVY = "bluerov2-heavy"
@@ -106,7 +106,7 @@ def test_nothing_made_lies_beyond_limits_that_allow_neutral(
 @given(curves(), st.floats(12, 16), st.booleans())
 def test_the_limit_at_a_voltage_is_made_by_the_end_of_the_range(esc: Esc, volts: float, ahead: bool) -> None:
     """Both are interpolated, in another order: a last bit between them costs no step."""
-    table = table_of([esc])
+    table = voltage_table([esc])
     assume(table is not None and volts <= table.volts[-1])
     assert table is not None
     low, high = (float(side[0, 0]) for side in table.between(np.array([volts])))

@@ -1,0 +1,169 @@
+"""Weak directions: those along which a vehicle can do no more than its survey could have made of nothing.
+
+With A = D^-1 T P diag(max |f|), D = 1 for forces and the rms arm of the whole vehicle's thrusters for
+moments, a left singular vector u of A has the authority sigma, its singular value. Poses that are off by the
+survey's tolerance change T by dT; epsilon(u) is the root mean square of |u' D^-1 dT P diag(max |f|)|. A
+direction is weak where sigma <= WEAK epsilon(u); one that no thruster pushes is the limit case. Six- and
+eight-thruster BlueROV2 and a hexarotor, none, one or two thrusters off, 40 surveys each (3 mm, 0.3 deg; 5 mm,
+0.5 deg): lost directions have sigma / epsilon up to 1.6, all others 6.7 and more.
+sigma / sigma_max does not separate them: a healthy hexarotor's yaw has 0.021, a surveyed BlueROV2's pitch
+up to 0.039.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from alloc.allocation import BoolArray, FloatArray, IndexArray
+from alloc.errors import VehicleError
+from alloc.vehicle.degeneracy import ROUNDED
+from alloc.vehicle.geometry import DOF, MOMENTS
+
+WEAK = 2.0
+"""Largest sigma / epsilon of a weak direction."""
+RELATIVE = 0.01
+"""Tolerance of an entry of T that is no thrust along a line, relative to the largest of its row [-]."""
+UNIT = 1e-3
+"""Share by which the force of a column may differ from 1 if it is that of a pose: published directions carry
+three digits."""
+SHORT = 0.3
+"""Shortest row of T that counts with its own length among others, relative to a row of the rms [-]. A
+demand is projected in rows of one length, and a pitch of millimetres must not weigh as much as surge."""
+MOST = 0.5
+"""Largest sigma / sigma_max that a file may call weak: half of what the vehicle does best is not weak."""
+
+ALL_WEAK = (
+    "every direction is weak: the thrusters push no more than the survey could make of nothing; give a finer"
+    " 'survey', or 'weak: 0'"
+)
+
+
+@dataclass(frozen=True)
+class Survey:
+    """Tolerance to which a vehicle's geometry is known.
+
+    Attributes
+    ----------
+    mm, deg : of positions along each axis [mm] and of directions about each axis [deg]
+    relative : of each entry of T, relative to the largest of its row [-]; None where poses are surveyed
+    """
+
+    mm: float = 3.0
+    deg: float = 0.3
+    relative: float | None = None
+
+    def __post_init__(self) -> None:
+        """Raise VehicleError for a tolerance that is negative or no number."""
+        for key in ("mm", "deg", "relative"):
+            value = getattr(self, key)
+            if value is not None and not 0.0 <= value < np.inf:
+                raise VehicleError(f"survey: {key} is {value:g}; give a tolerance of 0 or more", "survey")
+
+    @property
+    def words(self) -> str:
+        """``3 mm, 0.3 deg`` or ``1 % of T``."""
+        return (
+            f"{self.mm:g} mm, {self.deg:g} deg"
+            if self.relative is None
+            else f"{100 * self.relative:g} % of T"
+        )
+
+
+DRAWN = Survey()
+"""A tape measure's: of a vehicle that says nothing."""
+
+
+class Directions(NamedTuple):
+    """Directions of wrench, from the one with the most authority to the one with the least.
+
+    Attributes
+    ----------
+    rows : (k, k) c of each, so that c'tau is the part of a wrench along it; |c D| = 1
+    sigma : (k,) authority, 0 where no thruster pushes [N]
+    epsilon : (k,) authority that the survey's tolerance may make of nothing [N]
+    scale : (k,) D
+    """
+
+    rows: FloatArray
+    sigma: FloatArray
+    epsilon: FloatArray
+    scale: FloatArray
+
+    def weak(self, rank: int, below: float | None) -> IndexArray:
+        """Indices of the weak ones, those beyond the rank included; ``below`` as ``Vehicle.weak_limit``."""
+        largest = WEAK * self.epsilon if below is None else np.full(len(self.sigma), below * self.sigma[0])
+        found: BoolArray = (self.sigma <= largest) & (below != 0.0)
+        found[rank:] = True
+        return np.flatnonzero(found)
+
+    def strong_rows(self, T: FloatArray, own: FloatArray, weak: IndexArray) -> tuple[FloatArray, FloatArray]:
+        """T (k, n) without its parts along the directions ``weak``; and the lengths that its rows count with.
+
+        These are ``own`` (k,), or SHORT of what thrusters at the rms arm make.
+        """
+        A, U = T / self.scale[:, None], (self.rows[weak] * self.scale).T
+        strong = A - U @ (U.T @ A)
+        strong[np.abs(strong) <= ROUNDED * np.abs(A).max()] = 0.0
+        typical = np.linalg.norm(A) / np.sqrt(2.0)
+        return strong * self.scale[:, None], np.maximum(own, SHORT * typical * self.scale)
+
+
+def check_limit(name: str, below: float | None) -> None:
+    """Raise VehicleError for a limit of sigma / sigma_max that is none."""
+    if below is not None and not 0.0 <= below <= MOST:
+        raise VehicleError(
+            f"{name}: weak is {below:g}; give auto, or sigma / sigma_max from 0 (never) to {MOST:g}", "weak"
+        )
+
+
+def axis_scale(T: FloatArray, dof: Sequence[str]) -> FloatArray:
+    """(k,) D: 1 for forces, the rms arm of the thrusters for moments [m]."""
+    moments = np.isin(dof, MOMENTS)
+    force, moment = (float(np.linalg.norm(T[rows])) for rows in (~moments, moments))
+    arm = moment / force if force > 0.0 and moment > 0.0 else 1.0
+    return np.where(moments, arm, 1.0)
+
+
+def directions(
+    T: FloatArray, readiness: FloatArray, far: FloatArray, dof: Sequence[str], survey: Survey
+) -> Directions:
+    """The directions of T P diag(far) and what a survey makes of them; far (n,) is max |f| [N]."""
+    scale = axis_scale(T, dof)
+    weight = readiness * far
+    U, s, _ = np.linalg.svd(T * weight / scale[:, None])
+    sigma = np.zeros(len(T))
+    sigma[: len(s)] = s
+    rows = U.T / scale
+    squares = doubts(T, dof, survey, rows)
+    return Directions(rows, sigma, np.sqrt(squares @ weight**2), scale)
+
+
+def doubts(T: FloatArray, dof: Sequence[str], survey: Survey, rows: FloatArray) -> FloatArray:
+    """(m, n) mean square of c'dT_i for rows c (m, k), by linear propagation of uniform errors.
+
+    A column of unit force e and moment m is a thrust at r = e x m, with a moment p e of its own. Turned
+    by theta and moved by dr it changes by [theta x e; dr x e + r x (theta x e) + p theta x e], so with
+    c = [a; b]
+
+        c'dT = theta'(e x (a + b x r + p b)) + dr'(e x b)
+
+    Other columns err by the relative tolerance.
+    """
+    whole, c = np.zeros((6, T.shape[1])), np.zeros((len(rows), 6))
+    six = [DOF.index(axis) for axis in dof]
+    whole[six], c[:, six] = T, rows
+    e, m = whole[:3].T, whole[3:].T
+    a, b = c[:, None, :3], c[:, None, 3:]
+    own = np.einsum("ij,ij->i", e, m)[None, :, None]
+    turned = np.cross(e, a + np.cross(b, np.cross(e, m)) + own * b)
+    by_pose = (
+        np.radians(survey.deg) ** 2 * (turned**2).sum(axis=2)
+        + (1e-3 * survey.mm) ** 2 * (np.cross(e, b) ** 2).sum(axis=2)
+    ) / 3.0
+    share = RELATIVE if survey.relative is None else survey.relative
+    by_entry = ((rows * share * np.abs(T).max(axis=1)) ** 2).sum(axis=1, keepdims=True) / 3.0
+    posed = (np.abs(np.linalg.norm(e, axis=1) - 1.0) <= UNIT) & (survey.relative is None)
+    found: FloatArray = np.where(posed, by_pose, by_entry)
+    return found

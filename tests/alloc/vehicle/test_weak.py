@@ -1,0 +1,90 @@
+"""Weak directions: which they are, by the survey's tolerance, and the vehicle without them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from alloc import Vehicle, list_vehicles, load_vehicle
+from alloc.errors import VehicleError
+from alloc.vehicle.weak import WEAK, Survey, doubts
+from bench.demands.surveys import fail_thrusters, failures, hexarotor, move_poses
+
+SHIPPED = [load_vehicle(name) for name in list_vehicles()]
+
+
+@pytest.mark.parametrize("vehicle", [load_vehicle("bluerov2-heavy"), hexarotor()], ids=lambda v: v.name)
+@pytest.mark.parametrize("survey", [Survey(), Survey(5.0, 0.5), Survey(0.0, 0.6), Survey(8.0, 0.0)])
+def test_propagated_error_is_that_of_poses_drawn_at_random(vehicle: Vehicle, survey: Survey) -> None:
+    rng, c = np.random.default_rng(1), np.eye(vehicle.k)
+    drawn = [c @ (move_poses(vehicle, survey, rng).T - vehicle.T) for _ in range(300)]
+    rms = np.sqrt(np.mean(np.square(drawn), axis=0))
+    expected = np.sqrt(doubts(vehicle.T, vehicle.dof, survey, c))
+    np.testing.assert_allclose(
+        rms, expected, rtol=0.15, atol=3e-2 * expected.max()
+    )  # turns are linear to 1 %
+
+
+def test_entries_of_a_matrix_that_is_no_poses_err_by_a_share_of_their_row() -> None:
+    vehicle = load_vehicle("bluerov2-heavy")
+    c = np.eye(vehicle.k)
+    expected = (0.02 * np.abs(vehicle.T).max(axis=1)) ** 2 / 3
+    found = doubts(vehicle.T, vehicle.dof, Survey(relative=0.02), c)
+    np.testing.assert_allclose(found, np.tile(expected[:, None], vehicle.n))
+    half = doubts(0.5 * vehicle.T, vehicle.dof, Survey(), c)  # columns of force 0.5 are no thrusts
+    np.testing.assert_allclose(half, np.tile(expected[:, None] / 16, vehicle.n))
+
+
+@pytest.mark.parametrize("survey", [Survey(), Survey(5.0, 0.5)], ids=lambda survey: survey.words)
+@pytest.mark.parametrize("name", ["bluerov2", "bluerov2-heavy", "hexarotor"])
+def test_lost_directions_as_surveyed_are_weak_and_no_others(name: str, survey: Survey) -> None:
+    drawing = hexarotor() if name == "hexarotor" else load_vehicle(name)
+    rng = np.random.default_rng(7)
+    for off in failures(drawing, 2):
+        nominal = fail_thrusters(drawing, off)
+        found = fail_thrusters(replace(move_poses(drawing, survey, rng), survey=survey), off).directions
+        with np.errstate(divide="ignore"):
+            apart = found.sigma / found.epsilon
+        assert apart[nominal.rank :].max(initial=0.0) <= WEAK < 6.0 < apart[: nominal.rank].min()
+
+
+@pytest.mark.parametrize("vehicle", SHIPPED, ids=lambda vehicle: vehicle.name)
+def test_a_drawing_is_its_own_strong_part(vehicle: Vehicle) -> None:
+    for off in failures(vehicle, 1):
+        degraded = fail_thrusters(vehicle, off)
+        assert degraded.strong is degraded
+        assert len(degraded.weak) == degraded.k - degraded.rank
+        assert not degraded.weak_left.any()
+
+
+def test_strong_part_loses_weak_directions_exactly_and_keeps_the_others() -> None:
+    vehicle = move_poses(load_vehicle("bluerov2-heavy"), Survey(), np.random.default_rng(3))
+    vehicle = vehicle.with_fault(4).with_fault(5)
+    strong, (c,), (left,) = vehicle.strong, vehicle.weak, vehicle.weak_left
+    assert 0.0 < left < 0.02
+    assert np.linalg.norm(c * vehicle.directions.scale) == pytest.approx(1.0)
+    assert (vehicle.rank, strong.rank) == (6, 5)
+    assert np.abs(strong.TP - vehicle.TP).max() < 0.005  # no entry moves by more than a survey moves it
+    np.testing.assert_allclose(c @ strong.TP, 0.0, atol=1e-15)
+    far = np.maximum(np.abs(vehicle.f_min), vehicle.f_max)
+    sigma = np.linalg.norm(c @ (vehicle.TP * far))
+    np.testing.assert_allclose(sigma / vehicle.directions.sigma[0], left)
+    assert strong.strong is strong
+    assert strong.with_fault(0).strong.units is not None
+    turned = vehicle.with_frame("frd" if vehicle.frame == "flu" else "flu").strong
+    np.testing.assert_allclose(turned.with_frame(vehicle.frame).TP, strong.TP, atol=1e-12)
+
+
+@pytest.mark.parametrize(("below", "count"), [(0.0, 0), (0.001, 0), (0.02, 1), (None, 1)])
+def test_a_file_may_set_a_plain_share_instead(below: float | None, count: int) -> None:
+    vehicle = move_poses(load_vehicle("bluerov2-heavy"), Survey(), np.random.default_rng(3))
+    vehicle = replace(vehicle, weak_limit=below).with_fault(4).with_fault(5)
+    assert len(vehicle.weak) == count
+    assert (vehicle.strong is vehicle) == (count == 0)
+
+
+def test_without_any_strong_direction_there_is_no_strong_part() -> None:
+    vehicle = replace(load_vehicle("ukwial"), survey=Survey(relative=5.0))
+    assert len(vehicle.weak) == vehicle.k
+    with pytest.raises(VehicleError, match=r"every direction is weak: .*; give a finer 'survey'"):
+        vehicle.strong  # noqa: B018  # a property that raises
