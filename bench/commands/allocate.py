@@ -69,9 +69,9 @@ def command(
     from alloc.errors import PluginError, UnknownName, VehicleError
     from alloc.files.textfile import write_text
     from bench.harness.process import apart
-    from bench.inputs.demand_csv import format_thrusts, sent
+    from bench.inputs.demand_csv import esc_columns, format_thrusts
     from bench.inputs.faults import EACH, parse_fault, with_fault
-    from bench.inputs.log_limits import limits_in
+    from bench.inputs.log_limits import row_limits
     from bench.inputs.logs import log_for
     from bench.results.text import harmless
 
@@ -86,7 +86,7 @@ def command(
             raise click.UsageError("--fault each: thrusts are of one vehicle; name one thruster")
         (answering,) = with_fault(answering, fault)
     log = log_for(answering, demands, read_options(**options))
-    lows, highs = limits_in(demands, log.columns, answering)
+    lows, highs = row_limits(demands, log.columns, answering)
     if esc:
         low, high = answering.esc_limits(log.columns.get("volts"), lows, highs)
         if lows is None:  # one pair for all rows: the vehicle's own, so a plug-in need take no limits
@@ -119,7 +119,7 @@ def command(
     wired, doubt, frame = None, "", ""
     if esc:
         frame = options["frame"] or answering.frame
-        wired, doubt = sent(answering, answers, log.t, log.columns.get("volts"), lows, highs, frame)
+        wired, doubt = esc_columns(answering, answers, log.t, log.columns.get("volts"), lows, highs, frame)
     text = format_thrusts(answers, header, wired, frame=frame)
     if output is None:
         echo(text, nl=False)

@@ -31,13 +31,13 @@ def command(log: Path, vehicle: str, from_outputs: bool, output: Path | None, **
     from bench.demands import labelled
     from bench.demands.log_summary import demands_text, summarise
     from bench.inputs.demand_csv import format_demands
-    from bench.inputs.log_limits import limits_in
+    from bench.inputs.log_limits import row_limits
     from bench.inputs.logs import log_for, rate_hz
 
     answering = load_vehicle(vehicle)
     read = log_for(answering, log, read_options(**options))
     t, taus, columns = read.t, read.taus, read.columns
-    low, high = limits_in(log, columns, answering)
+    low, high = row_limits(log, columns, answering)
     demands = labelled(log.stem, answering, taus, low, high, rate_hz=rate_hz(t))
     echo(demands_text(summarise(demands, t), demands))
     if output is not None:

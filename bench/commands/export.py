@@ -16,7 +16,7 @@ def command(vehicle: str, format_: str, output: Path | None) -> None:
     from alloc.errors import UnknownName
     from alloc.files.textfile import write_text
     from alloc.vehicle.file import build_vehicle, find_file, read_document
-    from bench.inputs.formats import formats, left_out, writable
+    from bench.inputs.formats import formats, lost_keys, writable
 
     if format_ not in writable():
         raise UnknownName(f"can't write format '{format_}'; there are {', '.join(writable())}")
@@ -26,5 +26,5 @@ def command(vehicle: str, format_: str, output: Path | None) -> None:
         echo(text, nl=False)
     else:
         write_text(output, text)
-    if lost := left_out(format_, keys):
+    if lost := lost_keys(format_, keys):
         echo(f"{keys.name}: {format_} has no place for {', '.join(lost)}: left out", err=True)

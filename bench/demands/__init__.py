@@ -194,7 +194,7 @@ def _is_file(name: str | Path) -> bool:
 
 
 def _from_file(path: Path, vehicle: Vehicle, n: int | None, options: "LogOptions | None") -> DemandSet:
-    from bench.inputs.log_limits import limits_in
+    from bench.inputs.log_limits import row_limits
     from bench.inputs.logs import (  # imported only where a file is named, which is rare
         after_gaps,
         log_for,
@@ -202,7 +202,7 @@ def _from_file(path: Path, vehicle: Vehicle, n: int | None, options: "LogOptions
     )
 
     log = log_for(vehicle, path, options)
-    low, high = limits_in(path, log.columns, vehicle)
+    low, high = row_limits(path, log.columns, vehicle)
     margins = label(vehicle, log.taus, f_min=low, f_max=high)
     crossed = crossing(len(log.taus), low, high)
     unmet = _unmet(margins.label, margins.alpha) & ~crossed

@@ -119,18 +119,18 @@ def split(name: str, below: str = "") -> tuple[str, str]:
     return (match["name"], match["unit"]) if match else (name, below)
 
 
-def units_of(quantity: str) -> dict[str, float]:
+def known_units(quantity: str) -> dict[str, float]:
     """The units of a time, a voltage or a DOF, and what each is in s, V, N or N m."""
     others = {TIME: SECONDS, VOLTS: VOLTAGE}
     return others.get(quantity, MOMENT if quantity in MOMENTS else FORCE)
 
 
-def factor_of(quantity: str, unit: str) -> float:
+def unit_factor(quantity: str, unit: str) -> float:
     """From a unit to that of the quantity; NaN for any other unit."""
-    return units_of(quantity).get(normalize("NFKC", re.sub(r"[\s·*.-]", "", unit)), nan)
+    return known_units(quantity).get(normalize("NFKC", re.sub(r"[\s·*.-]", "", unit)), nan)
 
 
-def wrenches_of(names: Iterable[str]) -> set[Wrench]:
+def find_spellings(names: Iterable[str]) -> set[Wrench]:
     """The spellings that all of some names can be out of; empty where there is none."""
     keys = {key(name) if key(name) in _AXES else key(split(name)[0]) for name in names}
     return {wrench for wrench in WRENCHES if keys and keys <= set(wrench.names)}
@@ -173,14 +173,14 @@ def assign(
         raise DemandError(f"{place}: {_contested(header, several, given)}")
     if every and (missing := [axis for axis in dof if axis not in found and axis not in by_table]):
         raise DemandError(f"{place}: {_missed(header, units, known, given, missing)}")
-    if by_table and not wrenches_of(column.name for column in by_table.values()):
+    if by_table and not find_spellings(column.name for column in by_table.values()):
         names = listed([column.name for column in by_table.values()])
         named = {**given, **{axis: column.name for axis, column in by_table.items()}}
         raise DemandError(
             f"{place}: {names} are of two spellings, expected one, as yaw beside Fx may be an angle;"
             f" if they are the demand, {columns_option(named)}"
         )
-    if any(axis in given for axis in dof if axis not in MOMENTS) and (angles := angles_of(by_table)):
+    if any(axis in given for axis in dof if axis not in MOMENTS) and (angles := possible_angles(by_table)):
         raise DemandError(
             f"{place}: {listed([*angles.values()])} may be an attitude, as no force has a known name;"
             f" if they are the demand, {columns_option({**given, **angles})}"
@@ -200,9 +200,9 @@ def _possible(axis: str, header: Sequence[str], units: Sequence[str]) -> dict[in
         words = key(bare).split(".")
         means = _WORDS | _LETTERS if {*words} & {*_KINDS} else _WORDS
         says_axis = any(word in _AXES or word in _LETTERS for word in words)
-        is_foreign = unit and isnan(factor_of(axis, unit))
+        is_foreign = unit and isnan(unit_factor(axis, unit))
         if says_axis and not is_foreign and all(axis in means.get(word, ()) for word in words):
-            possible[i] = name if unit or key(name) in _AXES else proposed(axis, name)
+            possible[i] = name if unit or key(name) in _AXES else propose_column(axis, name)
     return possible
 
 
@@ -227,7 +227,7 @@ def _contested(
     return f"{may}; choose by {columns_option(first)} or {columns_option(last)}"
 
 
-def angles_of(found: Mapping[str, Column]) -> dict[str, str]:
+def possible_angles(found: Mapping[str, Column]) -> dict[str, str]:
     """By axis, names of moments without a unit that may be an attitude; none beside a force."""
     columns = {axis: c.name for axis, c in found.items() if not c.unit and key(c.name) in _ANGLES}
     return columns if {*found} <= {*MOMENTS} else {}
@@ -244,8 +244,8 @@ def _known(header: Sequence[str], units: Sequence[str]) -> dict[str, list[Column
             bare, unit = name, units[i] if i < len(units) else ""
         quantity = _AXES.get(key(bare)) or (TIME if key(bare) in TIMES else "")
         if quantity:
-            usual = TIMES[key(bare)] if quantity == TIME else next(iter(units_of(quantity)))
-            found.setdefault(quantity, []).append(Column(i, name, factor_of(quantity, unit or usual), unit))
+            usual = TIMES[key(bare)] if quantity == TIME else next(iter(known_units(quantity)))
+            found.setdefault(quantity, []).append(Column(i, name, unit_factor(quantity, unit or usual), unit))
             ranks[i] = order.index(key(bare)) if quantity == TIME else 0
     found.get(TIME, []).sort(key=lambda column: ranks[column.place])
     return found
@@ -274,27 +274,27 @@ def named_column(
         raise DemandError(f"{place}: column {name[:40]!r} for {quantity} {got}; there are {listed(header)}")
     i = header.index(name)
     below = units[i : i + 1]
-    alike = [q for q in (*DOF, TIME) if units_of(q) is units_of(quantity) and not unit]
+    alike = [q for q in (*DOF, TIME) if known_units(q) is known_units(quantity) and not unit]
     usual = [
         column.factor for q, columns in _known([name], below).items() for column in columns if q in alike
     ]
     usual += [1.0] if quantity == name.lower() == VOLTS and not (unit or any(below)) else []
     unit = unit or split(name, below[0] if below else "")[1]
-    column = Column(i, name, usual[0] if usual else factor_of(quantity, unit), unit)
+    column = Column(i, name, usual[0] if usual else unit_factor(quantity, unit), unit)
     if isnan(column.factor) and quantity != TIME:  # dates have no unit
         got = f"unit {unit[:40]!r}" if unit else "no unit"
-        unit_added = proposed(quantity, name)
+        unit_added = propose_column(quantity, name)
         raise DemandError(
             f"{place}: column {name[:40]!r} for {quantity} has {got}, expected one of"
-            f" {', '.join(units_of(quantity))}; {columns_option({**given, quantity: unit_added})}"
+            f" {', '.join(known_units(quantity))}; {columns_option({**given, quantity: unit_added})}"
             f"{', and --scale for any other' if quantity in DOF else ''}"
         )
     return column
 
 
-def proposed(quantity: str, name: str) -> str:
+def propose_column(quantity: str, name: str) -> str:
     """A column's name with the first unit of the quantity, for --columns."""
-    return f"{name} [{next(iter(units_of(quantity)))}]"
+    return f"{name} [{next(iter(known_units(quantity)))}]"
 
 
 def _missed(
@@ -316,12 +316,14 @@ def _missed(
         parts.append(f"no column {' or '.join(map(repr, absent))} among {listed(shown)}")
     if odd:
         names = " and ".join(repr(shown[column.place][:40]) for column in odd.values())
-        kinds = " or ".join(dict.fromkeys(", ".join(units_of(axis)) for axis in odd))
+        kinds = " or ".join(dict.fromkeys(", ".join(known_units(axis)) for axis in odd))
         parts.append(f"the unit of {names} is not known, expected {kinds}; convert it in the file")
     named = dict(given)
     for axis in missing:
         like = [*_possible(axis, header, units).values()]
-        named[axis] = like[0] if len(like) == 1 else proposed(axis, odd[axis].name if axis in odd else "NAME")
+        named[axis] = (
+            like[0] if len(like) == 1 else propose_column(axis, odd[axis].name if axis in odd else "NAME")
+        )
     return f"{'; '.join(parts)}; {columns_option(named)}{' and --scale' if odd else ''}"
 
 
@@ -351,7 +353,7 @@ def listed(names: Sequence[str], most: int = 12) -> str:
     return ", ".join(shown) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
-def understood(
+def describe_columns(
     file: str,
     header: Sequence[str],
     found: Mapping[str, Column],
@@ -365,9 +367,9 @@ def understood(
         if column.name == quantity and not column.unit:
             own.append(quantity)
             continue
-        usual = TIMES.get(key(column.name), "") or next(iter(units_of(quantity)))
+        usual = TIMES.get(key(column.name), "") or next(iter(known_units(quantity)))
         known = not (isnan(column.factor) or column.rest is not None)
-        shares = any(wrench.shares for wrench in wrenches_of([column.name]))
+        shares = any(wrench.shares for wrench in find_spellings([column.name]))
         unit = column.unit or (usual if known and not shares else "")
         rest = f" and '{header[column.rest]}'" if column.rest is not None else ""
         stated = f" [{unit}]" if unit and split(column.name)[1] != unit else ""

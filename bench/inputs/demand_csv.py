@@ -20,12 +20,12 @@ from bench.inputs.columns import (
     TIME,
     VOLTS,
     Column,
-    angles_of,
     assign,
     columns_option,
+    describe_columns,
+    find_spellings,
     key,
-    understood,
-    wrenches_of,
+    possible_angles,
 )
 from bench.inputs.frames import Stated, frame_columns, frame_comment, of_table
 from bench.inputs.log_limits import limit_columns
@@ -97,7 +97,7 @@ def read_demands(
     found = assign(place, header, units, dof, given, every=not commands)
     angles: dict[str, str] = {}
     if commands and {*found} <= {TIME, *MOMENTS}:
-        angles = angles_of({axis: found[axis] for axis in found if axis not in (TIME, *given)})
+        angles = possible_angles({axis: found[axis] for axis in found if axis not in (TIME, *given)})
     found = {quantity: column for quantity, column in found.items() if quantity not in angles}
     axes = [axis for axis in dof if axis in found]
     limits = limit_columns(place, header, units, thrusters, given, found)
@@ -110,7 +110,7 @@ def read_demands(
         raise DemandError(f"{path}: holds no demands; give one row a demand below the header")
     t = times(table, found.get(TIME), values, lines, given)
     also = {*(used[name] for name in commands), *(i for i in cells if cells[i])}
-    parts = [understood(path.name, header, found, limits, also)]
+    parts = [describe_columns(path.name, header, found, limits, also)]
     parts += [f"{commands[0]} … {commands[-1]} are the commands"] if commands else []
     if blank:
         parts.append(f"{blank} rows without {'commands' if commands else 'a demand'}")
@@ -132,7 +132,7 @@ def read_demands(
         {name: values[name] * column.factor for name, column in limits.items()},
         of_table(table.text, header, cells, names),
         "; ".join(filter(None, (_steps(path, t, found.get(TIME), table), _repeats(path, t, values)))),
-        shares=any(wrench.shares for wrench in wrenches_of(names)),
+        shares=any(wrench.shares for wrench in find_spellings(names)),
         others=len(header) > len({*used.values(), *also}),
         u=np.column_stack([values[name] for name in commands]) if commands else None,
         axes=tuple(axes),
@@ -312,7 +312,7 @@ def format_thrusts(
     return csv_text(columns, rows)
 
 
-def sent(
+def esc_columns(
     vehicle: Vehicle,
     answers: Sequence[Allocation],
     t: FloatArray | None = None,

@@ -72,7 +72,7 @@ class Motor(NamedTuple):
 
 def pose(xyz: Sequence[float], rpy: Sequence[float]) -> FloatArray:
     """(4, 4) pose of a position [m] and of roll, pitch, yaw about fixed axes [rad], as they are meant."""
-    return posed(xyz, Rotation.from_euler("xyz", [exact_angle(angle) for angle in rpy]).as_matrix())
+    return make_pose(xyz, Rotation.from_euler("xyz", [exact_angle(angle) for angle in rpy]).as_matrix())
 
 
 def exact_angle(angle: float) -> float:
@@ -89,7 +89,7 @@ def exact_angle(angle: float) -> float:
     return angle
 
 
-def posed(xyz: Sequence[float], turn: FloatArray) -> FloatArray:
+def make_pose(xyz: Sequence[float], turn: FloatArray) -> FloatArray:
     """(4, 4) pose of a position [m] and a rotation (3, 3)."""
     made = np.eye(4)
     made[:3, :3], made[:3, 3] = turn, xyz
@@ -156,7 +156,7 @@ def has_thrusters(names: Iterable[str], found: Mapping[str, Motor], pattern: str
     return bool(found and not pattern) or any(meant.fullmatch(name) for name in names)
 
 
-def drafted(
+def make_draft(
     path: Path,
     kind: str,
     base: str,

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from alloc.vehicle.frame import AXES, described, turned
-from bench.inputs.columns import FRAMES, key, wrenches_of
+from bench.inputs.columns import FRAMES, find_spellings, key
 
 FIXED = ("earth", "map", "odom", "world", "ned", "enu")
 """First words of ROS's frames that stay with the earth (REP 105), not with the vehicle."""
@@ -140,7 +140,7 @@ def of_table(text: str, header: Sequence[str], cells: dict[int, set[str]], names
     names = list(names)
     if column := next(filter(_WORD.search, names), ""):
         return Stated(refusal=_unread(f"column {column[:40]!r}"))
-    sources = {(wrench.frame, wrench.source) for wrench in wrenches_of(names)}
+    sources = {(wrench.frame, wrench.source) for wrench in find_spellings(names)}
     if len(sources) == 1 and ("flu", "ROS") not in sources:
         frame, source = sources.pop()
         return Stated(frame, f"as {source} has it") if frame else Stated()

@@ -18,7 +18,7 @@ from alloc.vehicle.geometry import DOF, contradictions, refusals
 from alloc.vehicle.keys import VehicleFile
 from alloc.vehicle.names import unmistakable
 from bench.inputs.draft import Draft, mismatch
-from bench.inputs.formats import formats, recognised, tam
+from bench.inputs.formats import find_format, formats, tam
 from bench.inputs.frames import of_comments
 
 PLANAR = ("surge", "sway", "yaw")
@@ -65,7 +65,7 @@ def import_vehicle(path: Path, format_name: str = "", options: ImportOptions | N
     options, text = options or ImportOptions(), read_text(path)
     if format_name and format_name not in formats():
         raise unknown("format", format_name, formats())
-    module = formats()[format_name] if format_name else recognised(path, text)
+    module = formats()[format_name] if format_name else find_format(path, text)
     manager = tam.read_options(options.limits) if options.limits else tam.ManagerOptions()
     for option, value in (("--thruster", options.thruster), ("--limits", options.limits)):
         if value and not getattr(module, "PATTERN", False):

@@ -78,7 +78,7 @@ def _squeezed(name: str) -> str:
     return re.sub(r"[\W_]", "", name.lower())
 
 
-def limits_in(
+def row_limits(
     path: Path, columns: Mapping[str, FloatArray], vehicle: Vehicle
 ) -> tuple[FloatArray, FloatArray] | tuple[None, None]:
     """f_min and f_max of each demand (N, n) [N]: the vehicle's own, cut by all that the columns say.

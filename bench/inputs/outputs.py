@@ -138,12 +138,12 @@ def _powered(outputs: Outputs, volts: FloatArray) -> Outputs:
     lacking = f"{len(volts) - len(measured)} of {len(volts)} rows"
     rows = np.arange(len(volts), dtype=np.float64)
     return outputs._replace(
-        volts=held(measured.astype(np.float64), volts[measured], rows),
+        volts=hold_last(measured.astype(np.float64), volts[measured], rows),
         said=f"{outputs.said}; no voltage in {lacking}, the one before is held",
     )
 
 
-def mirrored(path: Path, vehicle: Vehicle, ways: Mapping[int, bool], parameters: str) -> str:
+def mirror_doubt(path: Path, vehicle: Vehicle, ways: Mapping[int, bool], parameters: str) -> str:
     """A doubt where the log's ``parameters`` mirror other motors' pulses than ``esc.reversed`` does.
 
     ``ways`` says of each thruster, counted from 0, whether its pulses are mirrored, where the log says it.
@@ -174,7 +174,7 @@ def motor_channels(path: Path, named: Sequence[int | None], parameters: str) -> 
     return [channel for channel in named if channel is not None]
 
 
-def joined(parts: Sequence[tuple[FloatArray, FloatArray]]) -> tuple[FloatArray, FloatArray, str]:
+def join_rows(parts: Sequence[tuple[FloatArray, FloatArray]]) -> tuple[FloatArray, FloatArray, str]:
     """Rows of messages side by side at the times of the first, and what is said of rows that are left out.
 
     Each message has times (M,) and values (M, …). The row nearest in time is taken, and a row is left out
@@ -192,7 +192,7 @@ def joined(parts: Sequence[tuple[FloatArray, FloatArray]]) -> tuple[FloatArray, 
     return times[kept], np.hstack(columns)[kept], said
 
 
-def battery(
+def battery_volts(
     path: Path, packs: Mapping[int, tuple[FloatArray, FloatArray]], at: FloatArray
 ) -> tuple[FloatArray | None, str]:
     """The voltage (N,) at some times of the first battery that measured one, and a doubt about others.
@@ -210,9 +210,9 @@ def battery(
             f"{path.name}: batteries {listed} are logged; thrusts are at the voltage of {first}: if another"
             " feeds the thrusters, give a CSV with its 'volts'"
         )
-    return held(*packs[first], at)[:, 0], doubt
+    return hold_last(*packs[first], at)[:, 0], doubt
 
 
-def held(times: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
+def hold_last(times: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
     """Values (M, …) of rising times (M,) as they held at other times (N,): the last, or the first of all."""
     return values[np.maximum(np.searchsorted(times, at, side="right") - 1, 0)]

@@ -85,7 +85,7 @@ CEILINGS = {
     "bench.fleet": 1,
     "bench.gate": 4,
     "bench.harness": 8,
-    "bench.inputs": 15,
+    "bench.inputs": 3,
     "bench.judging": 2,
     "bench.layouts": 15,
     "bench.proof": 1,

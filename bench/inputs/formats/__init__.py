@@ -25,7 +25,7 @@ def writable() -> tuple[str, ...]:
     return tuple(name for name, module in formats().items() if hasattr(module, "write"))
 
 
-def left_out(format_: str, keys: VehicleFile) -> list[str]:
+def lost_keys(format_: str, keys: VehicleFile) -> list[str]:
     """The keys of a vehicle file that a format has no place for, where they say something."""
     said = [name for name, value in msgspec.to_builtins(keys).items() if value]
     if keys.thrusters and any(thruster.name for thruster in keys.thrusters):
@@ -34,7 +34,7 @@ def left_out(format_: str, keys: VehicleFile) -> list[str]:
     return [name for name in dict.fromkeys(said) if name not in unheard]
 
 
-def recognised(path: Path, text: str) -> ModuleType:
+def find_format(path: Path, text: str) -> ModuleType:
     """The format that recognises a file; raises UnknownName."""
     for module in formats().values():
         if module.recognises(path, text):

@@ -10,7 +10,7 @@ from alloc.errors import VehicleError
 from alloc.vehicle import LARGEST
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.keys import VehicleFile
-from bench.inputs.columns import listed, wrenches_of
+from bench.inputs.columns import find_spellings, listed
 from bench.inputs.demand_csv import csv_text
 from bench.inputs.draft import Draft
 from bench.inputs.frames import frame_comment
@@ -74,7 +74,7 @@ def _axes(header: list[str]) -> list[str]:
     """The cells of a header each of which says another DOF, as Fx, Fy, Mz or X, Y, N; else none."""
     cells = header[1:] if header[:1] and header[0].lower() in INDEX else header
     letters = {cell.upper() for cell in cells} <= set("XYZKMN")
-    return cells if cells and (letters or wrenches_of(cells)) else []
+    return cells if cells and (letters or find_spellings(cells)) else []
 
 
 def _counted(header: list[str]) -> bool:

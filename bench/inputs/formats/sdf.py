@@ -23,12 +23,12 @@ from bench.inputs.description import (
     Mass,
     Mount,
     along,
-    drafted,
     has_thrusters,
+    make_draft,
+    make_pose,
     motors,
     numbers,
     pose,
-    posed,
     read_xml,
 )
 from bench.inputs.draft import Draft, mismatch
@@ -58,7 +58,7 @@ def read(path: Path, pattern: str = "") -> Draft:
     frames = Frames(path, things, _minor(path, root))
     joints = [(name, thing) for name, thing in things.items() if thing.tag == "joint"]
     masses = [frames.mass(name, link) for name, link in things.items() if link.tag == "link"]
-    draft = drafted(
+    draft = make_draft(
         path,
         "SDF",
         f"model {model.get('name', '')!r}",
@@ -153,13 +153,13 @@ class Frames:
         self._known: dict[str, FloatArray] = {MODEL: np.eye(4)}
         self._asked: list[str] = []
 
-    def of(self, name: str) -> FloatArray:
+    def place(self, name: str) -> FloatArray:
         """(4, 4) of a frame from the model; raises VehicleError where it is not there, or hangs on itself."""
         if name in self._known:
             return self._known[name]
         scope = name[: name.rfind("::") + 2] if "::" in name else ""
         if name == scope + MODEL:
-            self._known[name] = self.of(scope.removesuffix("::"))
+            self._known[name] = self.place(scope.removesuffix("::"))
             return self._known[name]
         thing = self.things.get(name)
         if thing is None:
@@ -177,7 +177,7 @@ class Frames:
 
     def mount(self, name: str, joint: Element) -> Mount:
         """A joint as what may be a thruster: its place, and its axis in the model's frame."""
-        here = self.of(name)
+        here = self.place(name)
         xyz = joint.find("axis/xyz")
         given = [0.0, 0, 1] if xyz is None else numbers(self.path, f"axis of {name}", xyz.text, 3)
         scope = name[: name.rfind("::") + 2] if "::" in name else ""
@@ -186,7 +186,7 @@ class Frames:
             if xyz is None:
                 raise VehicleError(f"{self.path}: <axis> of joint {name[:40]!r} has no <xyz>; give x y z")
             within = MODEL
-        turn = (self.of(scope + within) if within else here)[:3, :3]
+        turn = (self.place(scope + within) if within else here)[:3, :3]
         turns = joint.get("type") in ("continuous", "revolute")
         remark = (
             "" if joint.find("axis") is not None else "A joint without <axis> is taken to push along its z"
@@ -223,7 +223,7 @@ class Frames:
         mass = 1.0 if text is None else numbers(self.path, f"mass of {name}", text, 1)[0]
         if mass < 0:
             raise mismatch(self.path, f"mass of {name[:40]}", f"{mass:g}", "kg")
-        return Mass(mass, (self.of(name) @ self._pose(name, link.find("inertial/pose")))[:3, 3])
+        return Mass(mass, (self.place(name) @ self._pose(name, link.find("inertial/pose")))[:3, 3])
 
     def _reference(self, name: str, scope: str, thing: Element) -> FloatArray:
         """The frame that a thing's pose is given in: named, or that of its kind."""
@@ -238,12 +238,12 @@ class Frames:
                 f"{self.path}: placement_frame of model {name[:40]!r} is not read; give its own frame's pose"
             )
         if relative:
-            return self.of(scope + relative)
+            return self.place(scope + relative)
         if thing.tag == "joint":
-            return self.of(self._child(thing, scope))
+            return self.place(self._child(thing, scope))
         if thing.tag == "frame" and thing.get("attached_to"):
-            return self.of(scope + thing.get("attached_to", ""))
-        return self.of(scope + MODEL)
+            return self.place(scope + thing.get("attached_to", ""))
+        return self.place(scope + MODEL)
 
     def _child(self, joint: Element, scope: str) -> str:
         return scope + (joint.findtext("child") or "").strip()
@@ -260,7 +260,7 @@ class Frames:
             values = numbers(self.path, f"pose of {name}", given.text, 7)
             if not np.linalg.norm(values[3:]) > SHORTEST:
                 raise mismatch(self.path, f"quaternion of {name[:40]}", "0, 0, 0, 0", "length 1")
-            return posed(values[:3], Rotation.from_quat(values[3:]).as_matrix())
+            return make_pose(values[:3], Rotation.from_quat(values[3:]).as_matrix())
         values = numbers(self.path, f"pose of {name}", given.text, 6)
         turn = np.radians(values[3:]) if degrees else values[3:]
         self.angles += list(turn)

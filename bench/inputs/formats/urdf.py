@@ -17,7 +17,7 @@ import numpy as np
 from alloc.allocation import FloatArray
 from alloc.errors import NotInstalled, VehicleError
 from alloc.vehicle import LARGEST
-from bench.inputs.description import Mass, Mount, along, drafted, motors, pose, read_xml
+from bench.inputs.description import Mass, Mount, along, make_draft, motors, pose, read_xml
 from bench.inputs.draft import Draft, mismatch
 
 BASE = "base_link"
@@ -54,7 +54,7 @@ def read(path: Path, pattern: str = "") -> Draft:
     if not base:
         raise VehicleError(f"{path}: holds no link; give the description of a robot")
     to_base = np.linalg.inv(poses[base]).astype(np.float64)
-    return drafted(
+    return make_draft(
         path,
         "URDF",
         base,

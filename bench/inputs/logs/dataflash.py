@@ -21,7 +21,7 @@ from alloc.allocation import FloatArray
 from alloc.errors import DemandError, FileError, NotInstalled
 from bench.inputs.frames import Stated
 from bench.inputs.log_files import DAMAGED, in_order, parsing
-from bench.inputs.outputs import Outputs, battery, held, joined, mirrored, motor_channels
+from bench.inputs.outputs import Outputs, battery_volts, hold_last, join_rows, mirror_doubt, motor_channels
 
 SUFFIXES = (".bin",)
 MOTORS = (*range(33, 41), *range(82, 86), *range(160, 180))
@@ -105,7 +105,7 @@ def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]
             f"{path}: {', '.join(PULSES)} have no C{lacking[0]}, but {vehicle.name} has {vehicle.n}"
             " thrusters; is the log of this vehicle?"
         )
-    t, pulses, lost = joined(
+    t, pulses, lost = join_rows(
         [_timed(path, rows[name], *(f"C{c}" for c in there)) for name, there in found.items() if there]
     )
     order = [c for there in found.values() for c in there]
@@ -113,11 +113,11 @@ def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]
     packs: dict[int, list[dict[str, Any]]] = {}
     for row in rows["BAT"]:
         packs.setdefault(row.get("Inst", row.get("Instance", 0)), []).append(row)
-    volts, of_volts = battery(path, {i: _timed(path, each, "Volt") for i, each in packs.items()}, t)
+    volts, of_volts = battery_volts(path, {i: _timed(path, each, "Volt") for i, each in packs.items()}, t)
     taus = None
     if rows["RATE"]:
         taus = np.full((len(t), vehicle.k), np.nan)
-        asked = held(*_timed(path, rows["RATE"], *ASKED.values()), t)
+        asked = hold_last(*_timed(path, rows["RATE"], *ASKED.values()), t)
         for axis, column in zip(ASKED, asked.T, strict=True):
             if axis in vehicle.dof:
                 taus[:, vehicle.dof.index(axis)] = column
@@ -135,7 +135,7 @@ def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]
         shares=True,
         said=said,
         stated=Stated("frd", "as ArduPilot has it"),
-        doubt="; ".join(filter(None, (mirrored(path, vehicle, ways, "MOT_n_DIRECTION"), of_volts))),
+        doubt="; ".join(filter(None, (mirror_doubt(path, vehicle, ways, "MOT_n_DIRECTION"), of_volts))),
     )
 
 

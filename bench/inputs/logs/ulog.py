@@ -25,7 +25,7 @@ from alloc.errors import DemandError, NotInstalled
 from alloc.vehicle.geometry import DOF
 from bench.inputs.frames import Stated
 from bench.inputs.log_files import DAMAGED, Log, in_order, parsing
-from bench.inputs.outputs import Outputs, battery, held, joined, mirrored, motor_channels
+from bench.inputs.outputs import Outputs, battery_volts, hold_last, join_rows, mirror_doubt, motor_channels
 
 SUFFIXES = (".ulg", ".ulog")
 TOPIC = True
@@ -138,7 +138,7 @@ def _outputs(
     if not sets[OUTPUTS]:
         raise DemandError(f"{path}: holds no {OUTPUTS}; log it (SDLOG_PROFILE, default set)")
     wiring, times, u, lost = _match_wiring(path, vehicle, sets[OUTPUTS], parameters, topic)
-    volts, of_volts = battery(
+    volts, of_volts = battery_volts(
         path,
         {i: _timed(path, data, "voltage_v") for i, data in sets[BATTERY].items() if "voltage_v" in data},
         times,
@@ -149,7 +149,7 @@ def _outputs(
     elif all(sets[name] for name in (THRUST, TORQUE)):
         xyz = [f"xyz[{i}]" for i in range(3)]
         asked = [next(iter(sets[name].values())) for name in (THRUST, TORQUE)]
-        six = np.hstack([held(*_timed(path, data, *xyz), times) for data in asked])
+        six = np.hstack([hold_last(*_timed(path, data, *xyz), times) for data in asked])
         taus = six[:, [DOF.index(axis) for axis in vehicle.dof]]
     banks = dict.fromkeys(pin.bank for pin in wiring.pins)
     named = {pin: f"{pin.bank} {pin.channel}" if len(banks) > 1 else str(pin.channel) for pin in wiring.pins}
@@ -162,7 +162,7 @@ def _outputs(
         if (key := f"{pin.bank or 'PWM_MAIN'}_REV") in parameters
     }
     reversals = " or ".join(f"{bank or 'PWM_MAIN'}_REV" for bank in banks)
-    doubts = (mirrored(path, vehicle, ways, reversals), of_volts, of_taus)
+    doubts = (mirror_doubt(path, vehicle, ways, reversals), of_volts, of_taus)
     return Outputs(
         times - times[:1],
         u,
@@ -309,7 +309,7 @@ def _commands(path: Path, pins: Sequence[Pin], instances: Instances) -> tuple[Fl
     by_instance: dict[int, list[int]] = {}
     for motor, pin in enumerate(pins):
         by_instance.setdefault(pin.instance, []).append(motor)
-    times, values, lost = joined(
+    times, values, lost = join_rows(
         [
             _timed(path, instances[i], *(f"output[{pins[motor].channel - 1}]" for motor in there))
             for i, there in by_instance.items()

@@ -11,7 +11,7 @@ from alloc import AllocError, list_vehicles, load_vehicle
 from alloc.vehicle.file import build_vehicle, find_file, read_document, suspects
 from alloc.vehicle.keys import to_yaml
 from bench.__main__ import cli
-from bench.inputs.formats import formats, left_out
+from bench.inputs.formats import formats, lost_keys
 from tests.foreign_vehicles import LIMITS, imported, vehicle_of
 
 SOUND = [name for name in list_vehicles() if not read_document(find_file(name)).keys.suspect]
@@ -95,8 +95,8 @@ def test_an_export_says_what_the_format_has_no_place_for(tmp_path: Path) -> None
     """The file that is read back lacks just these keys, and notes of an import's assumptions."""
     keys = read_document(find_file("bluerov2-heavy")).keys
     keys.names = list("abcdefgh")
-    assert left_out("ros", keys) == ["slew", "volts", "esc", "priority", "names"]
-    assert set(left_out("csv", keys)) == {*left_out("ros", keys), "f_min", "f_max"}
+    assert lost_keys("ros", keys) == ["slew", "volts", "esc", "priority", "names"]
+    assert set(lost_keys("csv", keys)) == {*lost_keys("ros", keys), "f_min", "f_max"}
     back = imported(tmp_path, formats()["ros"].write(keys, build_vehicle(keys)))
     assert not {"slew", "volts", "esc", "priority", "names"} & msgspec.to_builtins(back).keys()
 

@@ -14,7 +14,7 @@ from alloc.vehicle.geometry import unit as unit_of
 from bench.demands import build_demands
 from bench.inputs.columns import parse_columns
 from bench.inputs.demand_csv import format_demands, read_demands
-from bench.inputs.log_limits import limits_in
+from bench.inputs.log_limits import row_limits
 from bench.inputs.logs import LogOptions, log_for, read_log
 from tests.readers import refused
 
@@ -29,7 +29,7 @@ def written(folder: Path, *lines: str) -> Path:
 
 
 def limits(path: Path, vehicle: Vehicle = HEAVY) -> tuple[FloatArray, FloatArray]:
-    low, high = limits_in(path, read_demands(path, vehicle.dof).columns, vehicle)
+    low, high = row_limits(path, read_demands(path, vehicle.dof).columns, vehicle)
     assert low is not None
     assert high is not None
     return low, high
@@ -67,7 +67,7 @@ def test_a_thruster_that_is_off_stays_off(tmp_path: Path) -> None:
 
 def test_a_log_without_such_columns_has_the_vehicle_s_limits(tmp_path: Path) -> None:
     path = written(tmp_path, AXES, "1,0,0,0,0,0")
-    assert limits_in(path, read_demands(path, HEAVY.dof).columns, HEAVY) == (None, None)
+    assert row_limits(path, read_demands(path, HEAVY.dof).columns, HEAVY) == (None, None)
     assert build_demands(path, HEAVY, 0).f_min is None
 
 
@@ -173,7 +173,7 @@ def test_volts_for_a_vehicle_without_a_table_are_left_out_with_a_warning_unless_
     assert log.doubt.startswith("log.csv: 'volts' is left out, as ukwial has no limits by voltage; if they")
     named = log_for(vehicle, path, LogOptions(columns={"volts": "volts"}))
     with pytest.raises(DemandError, match="ukwial has no limits by voltage; add 'volts' to its file"):
-        limits_in(path, named.columns, vehicle)
+        row_limits(path, named.columns, vehicle)
 
 
 def test_a_column_may_name_the_thruster(tmp_path: Path) -> None:
@@ -181,7 +181,7 @@ def test_a_column_may_name_the_thruster(tmp_path: Path) -> None:
     path = written(tmp_path, "surge,sway,heave,roll,pitch,yaw,FLV_min,FRH_max [N]", "1,0,0,0,0,0,-3,7")
     columns = read_demands(path, vehicle.dof, thrusters=vehicle.names).columns
     assert set(columns) == {"f1_min", "f2_max"}
-    low, high = limits_in(path, columns, vehicle)
+    low, high = row_limits(path, columns, vehicle)
     assert low is not None
     assert high is not None
     assert (low[0, 1], high[0, 2]) == (-3, 7)
@@ -201,7 +201,7 @@ def test_limits_by_name_are_read_again_as_they_were_written(tmp_path: Path) -> N
     text = format_demands(once.t, once.taus, named.dof, once.columns)
     again = log_for(named, written(tmp_path, text))
     for columns in (once.columns, again.columns):
-        low_high = limits_in(tmp_path, columns, named)
+        low_high = row_limits(tmp_path, columns, named)
         assert low_high[1] is not None
         assert low_high[1].tolist() == [[2, 3, 4, 5]]
 

@@ -14,7 +14,7 @@ from alloc.allocation import FloatArray
 from bench.__main__ import cli
 from bench.demands.log_summary import columns_of, full_authority, made_by, outputs_text
 from bench.inputs.columns import parse_columns
-from bench.inputs.demand_csv import read_demands, sent
+from bench.inputs.demand_csv import esc_columns, read_demands
 from bench.inputs.logs import ulog as px4
 from bench.inputs.outputs import read_outputs
 from tests.output_logs import write_bin, write_outputs_ulog
@@ -329,10 +329,10 @@ def test_commands_at_a_voltage_without_a_curve_are_told_with_how_many(tmp_path: 
     one = replace(VEHICLE, esc=tuple(replace(e, volts=e.volts[:1], curve=e.curve[:1]) for e in VEHICLE.esc))
     answers = [Allocation(np.zeros(VEHICLE.n), Status.SOLVED)] * 3
     volts = VEHICLE.esc[0].volts[0] + np.array([0.0, 1.0, 2.0])
-    assert sent(one, answers, None, volts)[1].startswith(
+    assert esc_columns(one, answers, None, volts)[1].startswith(
         "at the voltage of 2 of 3 rows no curve was measured"
     )
-    assert sent(VEHICLE, answers, None, volts)[1] == ""
+    assert esc_columns(VEHICLE, answers, None, volts)[1] == ""
 
 
 def test_that_no_voltage_was_measured_is_said_where_curves_follow_it(tmp_path: Path) -> None:
