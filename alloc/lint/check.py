@@ -5,7 +5,7 @@ from typing import get_args
 
 from alloc.errors import FileError, VehicleError
 from alloc.lint.esc import on_esc
-from alloc.lint.failures import failures, on_exact_method, on_failures
+from alloc.lint.failures import failures, on_exact_method, on_failures, on_weak, pairs
 from alloc.lint.geometry import (
     on_columns,
     on_digits,
@@ -18,7 +18,7 @@ from alloc.lint.geometry import (
     on_weights,
 )
 from alloc.lint.limits import on_limits, on_moving_limits, on_units
-from alloc.lint.report import Facts, Failure, Finding, Level, Report, error
+from alloc.lint.report import Facts, Failure, Finding, Level, Pairs, Report, error
 from alloc.vehicle.condition import condition
 from alloc.vehicle.file import find_file, matrices, read_document, vehicle_with
 
@@ -37,6 +37,7 @@ def check_vehicle(name: str | Path) -> Report:
     collected = list(on_name(keys, path))
     facts = None
     lost: tuple[Failure, ...] = ()
+    both: tuple[Pairs, ...] = ()
     try:
         T, computed = matrices(keys)
         collected += on_poses(keys, set(lines), T, computed)
@@ -52,8 +53,9 @@ def check_vehicle(name: str | Path) -> Report:
         collected += on_moving_limits(keys, vehicle)
         collected += on_esc(keys, vehicle)
         collected += on_weights(vehicle)
-        lost = tuple(failures(vehicle))
-        collected += on_failures(lost, condition(vehicle))
+        collected += on_weak(vehicle)
+        lost, both = tuple(failures(vehicle)), tuple(pairs(vehicle))
+        collected += on_failures(lost, condition(vehicle.strong))
         steps, remarked = on_exact_method(vehicle)
         collected += remarked
         facts = Facts(
@@ -73,4 +75,4 @@ def check_vehicle(name: str | Path) -> Report:
         Finding(level, key, lines.get(key) if key else None, message) for level, key, message in collected
     ]
     findings.sort(key=lambda finding: get_args(Level).index(finding.level))
-    return Report(path, facts, tuple(dict.fromkeys(findings)), lost)
+    return Report(path, facts, tuple(dict.fromkeys(findings)), lost, both)

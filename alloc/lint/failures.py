@@ -1,13 +1,14 @@
-"""Cost of each failure of a single thruster, and the remarks on it."""
+"""Cost of each failure of one thruster or two, directions that are weak, and the remarks on them."""
 
 from collections.abc import Iterator, Sequence
+from itertools import combinations
 from math import comb
 
 import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.errors import NotApplicable, VehicleError
-from alloc.lint.report import Failure, Level, Remark, warning
+from alloc.lint.report import Failure, Level, Pairs, Remark, warning
 from alloc.nullspace.allocator import exact
 from alloc.reach.attainable import FACETS, alpha_range
 from alloc.vehicle import Vehicle
@@ -30,9 +31,12 @@ def failures(vehicle: Vehicle) -> list[Failure]:
         except VehicleError:
             found.append(Failure(i, name, last=True))
             continue
+        if len(degraded.weak) == degraded.k:
+            found.append(Failure(i, name, last=True))
+            continue
         lost = [
-            tuple(axis for axis, c in zip(vehicle.dof, direction, strict=True) if abs(c) >= INVOLVED)
-            for direction in lost_directions(degraded, before=vehicle)
+            _axes(degraded, direction)
+            for direction in lost_directions(degraded.strong, before=vehicle.strong)
         ]
         left = {
             axis: float(after / before)
@@ -41,8 +45,64 @@ def failures(vehicle: Vehicle) -> list[Failure]:
             )
             if 0 < before < np.inf
         }
-        found.append(Failure(i, name, False, tuple(lost), condition(degraded), left))
+        weak = float(degraded.weak_left.max(initial=0.0))
+        found.append(Failure(i, name, False, tuple(lost), condition(degraded.strong), left, weak))
     return found
+
+
+FEWEST_LEFT = 2
+"""Thrusters that must be left for a pair of failures to be looked at."""
+RIGHTED = ("heave", "roll", "pitch")
+"""Axes whose loss sinks or rolls a vehicle: such pairs come first."""
+
+
+def pairs(vehicle: Vehicle) -> list[Pairs]:
+    """Pairs of thrusters whose loss takes directions, by what they take; those that sink or roll first."""
+    alike: dict[tuple[tuple[tuple[str, ...], ...], bool], list[tuple[str, str]]] = {}
+    shares: dict[tuple[tuple[tuple[str, ...], ...], bool], float] = {}
+    on = vehicle.working.tolist()
+    for i, j in combinations(on, 2) if len(on) >= 2 + FEWEST_LEFT else ():
+        degraded = vehicle.with_fault(i).with_fault(j)
+        if len(degraded.weak) == degraded.k:
+            continue
+        lost = tuple(
+            _axes(degraded, direction)
+            for direction in lost_directions(degraded.strong, before=vehicle.strong)
+        )
+        if not lost:
+            continue
+        left = float(degraded.weak_left.max(initial=0.0))
+        key = lost, left > 0.0
+        alike.setdefault(key, []).append((vehicle.called(i), vehicle.called(j)))
+        shares[key] = max(shares.get(key, 0.0), left)
+    found = [Pairs(tuple(names), key[0], shares[key]) for key, names in alike.items()]
+    return sorted(found, key=lambda pair: -sum(axis in RIGHTED for axes in pair.lost for axis in axes))
+
+
+def _axes(vehicle: Vehicle, direction: FloatArray) -> tuple[str, ...]:
+    return tuple(axis for axis, c in zip(vehicle.dof, direction, strict=True) if abs(c) >= INVOLVED)
+
+
+def on_weak(vehicle: Vehicle) -> Iterator[Remark]:
+    """A remark on each direction of the whole vehicle that is weak and not lost: its share, who does what."""
+    found = vehicle.directions
+    best = vehicle.dof[int(np.argmax(np.abs(found.rows[0] * found.scale)))]
+    for c, left in zip(vehicle.weak, vehicle.weak_left, strict=True):
+        if not left:
+            continue
+        sizes = c * found.scale
+        axes = _axes(vehicle, sizes / np.abs(sizes).max())
+        than = (
+            f"a survey of {vehicle.survey.words} can make"
+            if vehicle.weak_limit is None
+            else f"'weak: {vehicle.weak_limit:g}' asks for"
+        )
+        yield warning(
+            "weak",
+            f"{' and '.join(axes)}: {100 * left:.1g} % of {best}, less than {than}; scaled and priority leave"
+            " it out; nullspace and the QPs hold it at zero with all the thrust that takes, or refuse, and"
+            " clip misses the rest: leave it out of 'dof', or survey finer",
+        )
 
 
 def lost_directions(vehicle: Vehicle, before: Vehicle | None = None) -> FloatArray:
@@ -54,7 +114,7 @@ def lost_directions(vehicle: Vehicle, before: Vehicle | None = None) -> FloatArr
     rows = _unpushed(vehicle)
     if before is not None and before.rank < before.k:
         known = _unpushed(before)
-        rows = np.linalg.svd(rows - rows @ known.T @ known)[2][: before.rank - vehicle.rank]
+        rows = np.linalg.svd(rows - rows @ known.T @ known)[2][: max(before.rank - vehicle.rank, 0)]
     for i in range(len(rows)):  # row echelon form with the largest pivots
         j = int(np.argmax(np.abs(rows[i])))
         rows[i] /= rows[i, j]
@@ -70,10 +130,17 @@ def _unpushed(vehicle: Vehicle) -> FloatArray:
 
 
 def _ranges(vehicle: Vehicle, axes: FloatArray) -> FloatArray:
-    low, high = alpha_range(vehicle, axes)
+    strong = vehicle.strong
+    if strong is not vehicle:  # of an axis what is left of it without weak directions
+        U = np.linalg.svd(strong.TP / strong.row_lengths[:, None])[0][:, : strong.rank]
+        left = axes / strong.row_lengths @ U @ U.T * strong.row_lengths
+        axes = np.where(np.diag(left)[:, None] >= KEPT, left, axes)
+    low, high = alpha_range(strong, axes)
     return np.maximum(high - low, 0.0)
 
 
+KEPT = 0.5
+"""Share of an axis that must be left beside weak directions for its range to be given."""
 WORSE = 10.0
 """Factor on the condition number by which a failure nearly takes a direction away."""
 

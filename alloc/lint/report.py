@@ -88,6 +88,7 @@ class Failure(NamedTuple):
     lost : the directions that nothing pushes any more, each by the axes that it couples
     condition : of T P over the rank that is left; see ``condition``
     left : of each axis, the share of its range that is left where only this axis is pushed
+    weak : the largest sigma / sigma_max of the directions that are weak, not lost to the last digit [-]
     """
 
     thruster: int
@@ -96,6 +97,7 @@ class Failure(NamedTuple):
     lost: tuple[tuple[str, ...], ...] = ()
     condition: float | None = None
     left: Mapping[str, float] = MappingProxyType({})
+    weak: float = 0.0
 
     @property
     def words(self) -> str:
@@ -103,18 +105,47 @@ class Failure(NamedTuple):
         if self.last:
             return "no thruster is left"
         if self.lost:
-            said = [
-                f"no {axes[0]}" if len(axes) == 1 else f"no {', '.join(axes[:-1])} and {axes[-1]} together"
-                for axes in self.lost
-            ]
+            said = _none_of(self.lost)
             named = {axis for axes in self.lost for axis in axes}
             # A small coefficient names no axis, and still ties it to those that are lost.
             said += [
                 f"no {axis} alone" for axis, share in self.left.items() if not share and axis not in named
             ]
-            return ", ".join(said)
+            return ", ".join(said) + _though(self.weak)
         axes = [f"{axis} {100 * share:.0f} %" for axis, share in self.left.items() if share < LITTLE]
         return f"{', '.join(axes)} of the range left" if axes else "every axis keeps its full range"
+
+
+def _none_of(lost: Sequence[Sequence[str]]) -> list[str]:
+    return [
+        f"no {axes[0]}" if len(axes) == 1 else f"no {', '.join(axes[:-1])} and {axes[-1]} together"
+        for axes in lost
+    ]
+
+
+def _though(weak: float) -> str:
+    return f" (the file promises {100 * weak:.1g} %, the survey does not)" if weak else ""
+
+
+class Pairs(NamedTuple):
+    """Pairs of thrusters whose loss takes the same directions.
+
+    Attributes
+    ----------
+    names : what the two of each pair are called
+    lost : the directions that nothing pushes any more, or weakly, each by the axes that it couples
+    weak : as of ``Failure``
+    """
+
+    names: tuple[tuple[str, str], ...]
+    lost: tuple[tuple[str, ...], ...]
+    weak: float = 0.0
+
+    @property
+    def words(self) -> str:
+        """``4 + 5, 6 + 7: no heave and pitch together``."""
+        named = ", ".join(" + ".join(name.removeprefix("thruster ") for name in pair) for pair in self.names)
+        return f"{named}: {', '.join(_none_of(self.lost))}{_though(self.weak)}"
 
 
 @dataclass(frozen=True)
@@ -127,12 +158,14 @@ class Report:
     facts : what follows from it; None where T, H or the limits are unusable
     findings : the remarks, errors first
     failures : what each loss of one thruster costs
+    pairs : which losses of two take directions
     """
 
     path: Path
     facts: Facts | None
     findings: tuple[Finding, ...]
     failures: tuple[Failure, ...] = ()
+    pairs: tuple[Pairs, ...] = ()
 
     def count(self, level: Level) -> int:
         """How many findings have that level."""
@@ -149,6 +182,7 @@ def to_json(report: Report, tried: Sequence[Probe] | None = None) -> str:
             "facts": None if report.facts is None else report.facts._asdict(),
             "findings": [finding._asdict() for finding in report.findings],
             "failures": [failure._asdict() for failure in report.failures],
+            "pairs": [pair._asdict() for pair in report.pairs],
         }
         | probe,
         indent=2,
@@ -171,6 +205,7 @@ def as_table(report: Report) -> str:
         place = f"line {line}, " if line else ""
         named = f"{key}: {message.removeprefix(f'{key}: ')}" if key else message
         lines.append(f"{level:7}  {place}{named}")
+    lines += [f"two off  {pair.words}" for pair in report.pairs]
     counts = [(report.count(level), level) for level in get_args(Level)]
     total = ", ".join(f"{count} {level}{'' if count == 1 else 's'}" for count, level in counts)
     return "\n".join([*lines, f"{report.path}: {total}"])
