@@ -255,14 +255,17 @@ class Vehicle:
     def strong(self) -> "Vehicle":
         """This vehicle with T that pushes nothing along its weak directions; itself where it has none.
 
-        A direction that is lost already changes nothing. Raises VehicleError where all directions are weak.
+        Of directions that are lost already only a short row of T makes another vehicle, by the length that it
+        counts with. Raises VehicleError where all directions are weak.
         """
-        pushed = self._weak[self._weak < self.rank]
-        if not pushed.size:
+        if not self._weak.size or self.units is not None:
             return self
+        pushed = self._weak[self._weak < self.rank]
         if len(self._weak) == self.k:
             raise VehicleError(f"{self.name}: {ALL_WEAK}", "weak")
         T, units = self.directions.strong_rows(self.T, self.row_lengths, pushed)
+        if not pushed.size and (units == self.row_lengths).all():
+            return self
         return replace(self, T=T, units=units, weak_limit=0.0)
 
     @cached_property

@@ -104,10 +104,12 @@ class Directions(NamedTuple):
         These are ``own`` (k,), or SHORT of what thrusters at the rms arm make.
         """
         A, U = T / self.scale[:, None], (self.rows[weak] * self.scale).T
+        units = np.maximum(own, SHORT * np.linalg.norm(A) / np.sqrt(2.0) * self.scale)
+        if not len(weak):
+            return T, units
         strong = A - U @ (U.T @ A)
         strong[np.abs(strong) <= ROUNDED * np.abs(A).max()] = 0.0
-        typical = np.linalg.norm(A) / np.sqrt(2.0)
-        return strong * self.scale[:, None], np.maximum(own, SHORT * typical * self.scale)
+        return strong * self.scale[:, None], units
 
 
 def check_limit(name: str, below: float | None) -> None:
