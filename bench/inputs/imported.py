@@ -12,11 +12,13 @@ from alloc.errors import VehicleError, unknown
 from alloc.files.keys import convert
 from alloc.files.textfile import read_text
 from alloc.files.yaml_tree import YamlTree
+from alloc.vehicle.degeneracy import NOTHING
 from alloc.vehicle.file import build_vehicle, called, matrices, reaction_torques, suspects
 from alloc.vehicle.frame import described
 from alloc.vehicle.geometry import DOF, contradictions, refusals
 from alloc.vehicle.keys import VehicleFile
 from alloc.vehicle.names import unmistakable
+from alloc.vehicle.weak import DRAWN, WEAK, axis_scale, doubts
 from bench.inputs.draft import Draft, mismatch
 from bench.inputs.formats import find_format, formats, tam
 from bench.inputs.frames import of_comments
@@ -25,6 +27,8 @@ PLANAR = ("surge", "sway", "yaw")
 PREFERRED = ("surge", "sway", "heave", "yaw", "roll", "pitch")
 """Axes in the order they are kept in where not all can be controlled: those that a hull rights by itself,
 roll and pitch, come last."""
+AUTHORITY = 0.1
+"""Share of the strongest axis, moments in unit of the rms arm, from which an axis is chosen first."""
 INDEPENDENT = 1e-2
 """Least singular value, with rows of unit length, at which axes count as independent: published matrices
 have about three digits, so what is independent only in the last digit is rounding."""
@@ -104,9 +108,9 @@ def _keys(path: Path, draft: Draft, options: ImportOptions) -> VehicleFile:
     for refusal in (refusal for i, refusal in refused.items() if i not in published):
         every = ",".join(map(str, refused))
         raise VehicleError(f"{path}: T: {refusal}; to take all such as published: --suspect {every}", "T")
-    rows = list(range(len(keys.dof))) if options.dof else _independent(T, keys.dof)
+    rows, weak = (list(range(len(keys.dof))), {}) if options.dof else _independent(T, keys.dof)
     keys.notes = draft.assumptions + [
-        f"{axis} is left out of dof: no thruster moves it independently of the others."
+        f"{axis} is left out of dof: {weak.get(axis, 'no thruster moves it independently of the others')}."
         for row, axis in enumerate(keys.dof)
         if row not in rows
     ]
@@ -191,14 +195,41 @@ def _data(path: Path, draft: Draft, options: ImportOptions) -> dict[str, Any]:
     return {key: value for key, value in data.items() if value is not None}
 
 
-def _independent(T: FloatArray, dof: Sequence[str]) -> list[int]:
-    """Indices of as many rows as T has rank, in the file's order; chosen greedily, PREFERRED first."""
-    lengths = np.linalg.norm(T, axis=1)
-    kept: list[int] = []
-    names = list(dof)
-    for axis in PREFERRED:
-        if axis in names and lengths[i := names.index(axis)] > INDEPENDENT * lengths.max():
-            rows = T[[*kept, i]] / lengths[[*kept, i], None]
-            if np.linalg.matrix_rank(rows, tol=INDEPENDENT) == len(rows):
-                kept.append(i)
-    return sorted(kept)
+def _independent(T: FloatArray, dof: Sequence[str]) -> tuple[list[int], dict[str, str]]:
+    """Indices of as many rows as T has rank, in the file's order; and why weak axes are left out.
+
+    Axes with AUTHORITY are chosen first, PREFERRED first, then the others, the strongest first: a rotor that
+    is tilted by a little gives a multicopter no surge in place of pitch.
+    """
+    scale, lengths = axis_scale(T, dof), np.linalg.norm(T, axis=1)
+    authority = lengths / scale
+    best = int(authority.argmax())
+    order = [list(dof).index(axis) for axis in PREFERRED if axis in dof]
+    order = [i for i in order if lengths[i] > INDEPENDENT * lengths.max()]
+    later = sorted(
+        (i for i in order if authority[i] < AUTHORITY * authority[best]), key=lambda i: -authority[i]
+    )
+    kept, weak = list[int](), dict[str, str]()
+    for i in [*(i for i in order if i not in later), *later]:
+        left, noise = _alone(T / scale[:, None], T, dof, kept, i)
+        if NOTHING * authority[best] < left <= WEAK * noise:
+            share = f"{100 * left / authority[best]:.1g} % of {dof[best]}"
+            weak[dof[i]] = f"{share}, less than a survey of {DRAWN.words} can make"
+        elif np.linalg.matrix_rank(T[[*kept, i]] / lengths[[*kept, i], None], tol=INDEPENDENT) > len(kept):
+            kept.append(i)
+        elif i in later:
+            weak[dof[i]] = f"{100 * authority[i] / authority[best]:.2g} % of {dof[best]}, and not independent"
+    return sorted(kept), weak
+
+
+def _alone(
+    A: FloatArray, T: FloatArray, dof: Sequence[str], kept: Sequence[int], i: int
+) -> tuple[float, float]:
+    """Authority of axis i beside others, A with rows in one unit; and what a survey makes of nothing."""
+    u = np.zeros(len(T))
+    u[i] = 1.0
+    if kept:
+        u[list(kept)] = -np.linalg.lstsq(A[list(kept)].T, A[i], rcond=None)[0]
+    u /= np.linalg.norm(u)
+    noise = doubts(T, dof, DRAWN, (u / axis_scale(T, dof))[None])
+    return float(np.linalg.norm(u @ A)), float(np.sqrt(noise.sum()))
