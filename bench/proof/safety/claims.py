@@ -61,7 +61,10 @@ SHARES = "Every share is a number from 0 to 1."
 def claims(of: Subject, folder: Path) -> list[Claim]:
     """Claims shown of the kernel, with any bits in its arguments; raises NotInstalled without Frama-C."""
     tools.need("frama-c")
-    analysis = eva.analyse(harness(of), folder, *_functions(of))
+    try:
+        analysis = eva.analyse(harness(of), folder, *_functions(of))
+    except (NotRead, ToolError) as reason:
+        analysis = eva.Analysis([], False, [str(reason)])
     made = [
         eva.claim(NO_ERROR, analysis, *analysis.alarms(*HARNESS)),
         eva.claim(STATUS, analysis, *WRITTEN),

@@ -6,12 +6,13 @@ from pathlib import Path
 from alloc import NotApplicable
 from alloc.c import command_type, covering, esc_selftest, to_escs
 from alloc.errors import VehicleError
+from bench.chips.toolchain import ToolError
 from bench.proof import tools
 from bench.proof.proof import Claim, not_shown
 from bench.proof.safety import eva
 from bench.proof.safety.claims import stateless
-from bench.proof.safety.harness import MAIN, any_bits
-from bench.proof.source import Subject, of_all_branches, parsed, static_variables
+from bench.proof.safety.harness import MAIN, SPLIT, any_bits
+from bench.proof.source import NotRead, Subject, of_all_branches, parsed, static_variables
 
 NO_ERROR = (
     "NAME_esc, and NAME_to_esc whatever its kernel returns: no run-time error, for all bits of f, limits and"
@@ -32,7 +33,7 @@ TOLD = {
     ),
     r"step->makes ([<>] (\w+))": r"\2 == \2 && step->makes \1",
     r"= up < ": "= up == up && up < ",
-    r"(    const int from = )": r"    /*@ split k; */\n\1",
+    r"(    const int from = )": rf"    {SPLIT}\n\1",
 }
 """What the analyser is told of the same C: comparisons with NaN are false, and pieces are looked at apart.
 
@@ -65,8 +66,11 @@ def claims(of: Subject, folder: Path) -> list[Claim]:
     text = covering(made[name], of.scalar)
     for usual, told in TOLD.items():
         text = re.sub(usual, told, text)
-    read = {each: any_bits(part, KNOWN) for each, part in {**of.files, **made, name: text}.items()}
-    found = eva.analyse({**read, MAIN: any_bits(_main(of), ("f_made",))}, place)
+    try:
+        read = any_bits({**of.files, **made, name: text}, name, KNOWN)
+        found = eva.analyse({name: read, MAIN: _main(of)}, place)
+    except (NotRead, ToolError) as reason:
+        found = eva.Analysis([], False, [str(reason)])
     shown = [eva.claim(NO_ERROR, found, *found.alarms(*LABELS)), eva.claim(RANGE, found, *sorted(LABELS))]
     shown.append(stateless(STATELESS, lambda: static_variables(parsed({**of.files, **made}, name))))
     return of_all_branches(shown, of)  # this C includes the kernel's header
@@ -88,13 +92,15 @@ def _main(of: Subject) -> str:
         /*@ assert made: \\is_finite(f_made[i]); */
     }}"""
     levels, share = of.levels, ", share" * (of.levels > 0)
+    # As in the prototype that ``any_bits`` makes of the header's.
+    taken = of.target.parameters().replace("const ", "const volatile ")
     return f"""\
 #include "{of.name}_esc.c"
 
 extern volatile {of.scalar} any;
 extern volatile int found;
 
-int {of.name}({of.target.parameters()})
+int {of.name}({taken})
 {{
     for (int i = 0; i < {n}; i++) {{
         f[i] = any;

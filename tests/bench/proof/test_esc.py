@@ -1,6 +1,7 @@
 """Proof of the way to the ESCs, and its failure where the C is broken."""
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
@@ -8,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from alloc import load_vehicle
-from bench.proof import prove, subject
+from bench.proof import Subject, prove, subject
 from bench.proof.page import page
 from bench.proof.safety import esc
 from sabotages import KINDS, all_kinds
@@ -17,9 +18,26 @@ from tests.analysers import needs_frama_c
 BLUEROV2 = load_vehicle("bluerov2")
 
 
+Plant = Callable[[Subject, str, str], None]
+"""Of a subject's C for ESCs, puts a text where a pattern matches."""
+
+
 @pytest.fixture(autouse=True)
 def _analyser() -> None:
     needs_frama_c()
+
+
+@pytest.fixture
+def plant(monkeypatch: pytest.MonkeyPatch) -> Plant:
+    """Break the C for ESCs for the rest of a test."""
+
+    def change(of: Subject, pattern: str, instead: str) -> None:
+        made, name = esc.files(of), f"{of.name}_esc.c"
+        text, changed = re.subn(pattern, instead, made[name])
+        assert changed
+        monkeypatch.setattr(esc, "files", lambda _: made | {name: text})
+
+    return change
 
 
 @pytest.mark.parametrize("limits", ["fixed", "call"])
@@ -38,15 +56,10 @@ def test_a_macro_of_one_compiler_in_the_kernel_s_header_is_not_shown(tmp_path: P
     assert {claim.verdict for claim in claims} == {"not shown"}
 
 
-def test_a_voltage_that_is_kept_for_later_calls_is_not_shown(tmp_path: Path, monkeypatch) -> None:
+def test_a_voltage_that_is_kept_for_later_calls_is_not_shown(tmp_path: Path, plant: Plant) -> None:
     """Each command was within its range, and after 5,000 calls another one than Python's."""
     of = subject(BLUEROV2, "pinv", "float", "fixed")
-    made, name = esc.files(of), f"{of.name}_esc.c"
-    text, changed = re.subn(
-        r"\w+_find\(([^)]*)\)\n\{", r"\g<0>\n    static float known;", made[name], count=1
-    )
-    assert changed == 1
-    monkeypatch.setattr(esc, "files", lambda _: made | {name: text})
+    plant(of, r"\w+_find\(([^)]*)\)\n\{", r"\g<0>\n    static float known;")
     (claim,) = [claim for claim in esc.claims(of, tmp_path) if claim.claim == esc.STATELESS]
     assert (claim.verdict, claim.words) == ("not shown", ["known outlives a call, and can change"])
 
@@ -57,13 +70,10 @@ def test_a_vehicle_without_escs_has_no_such_claim(tmp_path: Path) -> None:
     assert esc.files(of) == {}
 
 
-def test_what_is_told_of_a_number_is_told_where_the_c_asks_for_it_only(tmp_path: Path, monkeypatch) -> None:
+def test_what_is_told_of_a_number_is_told_where_the_c_asks_for_it_only(tmp_path: Path, plant: Plant) -> None:
     """Limits of the call: C that takes NaN for a number makes an integer of it."""
     of = subject(BLUEROV2, "pinv", "float", "call")
-    made, name = esc.files(of), f"{of.name}_esc.c"
-    text = made[name].replace("const int known = x - x == 0.0F;", "const int known = 1;")
-    assert text != made[name]
-    monkeypatch.setattr(esc, "files", lambda _: made | {name: text})
+    plant(of, r"const int known = x - x == 0\.0F;", "const int known = 1;")
     assert esc.claims(of, tmp_path)[0].verdict == "not shown"
 
 
@@ -71,20 +81,18 @@ def test_what_is_told_of_a_number_is_told_where_the_c_asks_for_it_only(tmp_path:
     ("line", "broken"),
     [
         ("return state >= ", "command[0] = (int16_t)(3000 - command[0]);\n    return state >= "),
-        ("x = !known ? ", "x = 0 ? "),
-        ("return sent == TB_SOLVED ? found : sent;", "return TB_SOLVED;"),
+        (r"x = !known \? ", "x = 0 ? "),
+        (r"return sent == TB_SOLVED \? found : sent;", "return TB_SOLVED;"),
     ],
     ids=["a thruster is reversed", "NaN is no zero", "the status is dropped"],
 )
 def test_safe_c_that_sends_something_else_than_python_is_told(
-    line, broken, tmp_path: Path, monkeypatch
+    line, broken, tmp_path: Path, plant: Plant
 ) -> None:
     """Each command lies within its range there, and the proof once said that all is shown."""
     of = subject(load_vehicle("bluerov2-heavy"), "clip", "float", "fixed")
     assert [claim.verdict for claim in esc.esc_tests(of, tmp_path / "whole")] == ["tested"]
-    made, name = esc.files(of), f"{of.name}_esc.c"
-    assert line in made[name]
-    monkeypatch.setattr(esc, "files", lambda _: made | {name: made[name].replace(line, broken)})
+    plant(of, line, broken)
     assert [claim.verdict for claim in esc.esc_tests(of, tmp_path)] == ["not shown"]
 
 
@@ -115,12 +123,9 @@ def test_the_page_names_all_files_that_it_speaks_of(monkeypatch) -> None:
         (r"command\[i\] = \w+_NEUTRAL\(i\);", "command[i] = (int16_t)found;"),  # of NAME_to_esc alone
     ],
 )
-def test_a_broken_line_is_not_shown(line, broken, tmp_path: Path, monkeypatch) -> None:
+def test_a_broken_line_is_not_shown(line, broken, tmp_path: Path, plant: Plant) -> None:
     of = subject(BLUEROV2, "pinv", "float", "fixed")
-    made, name = esc.files(of), f"{of.name}_esc.c"
-    text, changed = re.subn(line, broken, made[name])
-    assert changed == 1
-    monkeypatch.setattr(esc, "files", lambda _: made | {name: text})
+    plant(of, line, broken)
     assert "not shown" in [claim.verdict for claim in esc.claims(of, tmp_path)]
 
 
@@ -128,27 +133,19 @@ def test_a_broken_line_is_not_shown(line, broken, tmp_path: Path, monkeypatch) -
     ("limits", "numbers"), [("call", ("f[0]", "low[0]", "high[0]")), ("fixed", ("f[0]",))]
 )
 def test_an_error_that_one_kind_of_number_in_a_local_array_reaches_is_found(
-    limits, numbers, tmp_path: Path, monkeypatch
+    limits, numbers, tmp_path: Path, plant: Plant
 ) -> None:
     of = subject(BLUEROV2, "pinv", "float", limits)
-    made, name = esc.files(of), f"{of.name}_esc.c"
-    text, changed = re.subn(
-        r"    if \(found != TB_SOLVED", lambda at: all_kinds(*numbers) + at[0], made[name]
-    )
-    assert changed == 1
-    monkeypatch.setattr(esc, "files", lambda _: made | {name: text})
+    plant(of, r"    if \(found != TB_SOLVED", all_kinds(*numbers) + r"\g<0>")
     words = esc.claims(of, tmp_path)[0].words
     lines = {word.split(": ")[0] for word in words if "99 < 1: Invalid" in word}
     assert len(lines) == len(numbers) * len(KINDS)
 
 
-def test_a_member_that_may_be_no_number_is_not_shown(tmp_path: Path, monkeypatch) -> None:
+def test_a_member_that_may_be_no_number_is_not_shown(tmp_path: Path, plant: Plant) -> None:
     """Curves' ends keep their values for the analyser, so that they are asserted to be numbers."""
     of = subject(BLUEROV2, "pinv", "float", "fixed")
-    made, name = esc.files(of), f"{of.name}_esc.c"
-    text = made[name].replace("    now->down = ", "    now->down = volts; now->down = ", 1)
-    assert text != made[name]
-    monkeypatch.setattr(esc, "files", lambda _: made | {name: text})
+    plant(of, "    now->down = ", "    now->down = volts; now->down = ")
     assert any("is_finite(now->down)" in word for word in esc.claims(of, tmp_path)[0].words)
 
 
@@ -161,15 +158,9 @@ def test_a_member_that_may_be_no_number_is_not_shown(tmp_path: Path, monkeypatch
     [(esc.NO_ERROR, "command[999] = 0;"), (esc.RANGE, "command[0] = 9999; return TB_SOLVED;")],
 )
 def test_a_number_of_one_kind_that_breaks_a_claim_is_found(
-    broken: str, instead: str, number: str, kind: str, scalar, tmp_path: Path, monkeypatch
+    broken: str, instead: str, number: str, kind: str, scalar, tmp_path: Path, plant: Plant
 ) -> None:
     of = subject(BLUEROV2, "pinv", scalar, "call")
-    made, name = esc.files(of), f"{of.name}_esc.c"
-    text, changed = re.subn(
-        r"(\w+(?<!_to)_esc\(const [^{]*\)\n\{\n)",
-        rf"\g<1>    if ({KINDS[kind].format(number)}) {{ {instead} }}\n",
-        made[name],
-    )
-    assert changed == 1
-    monkeypatch.setattr(esc, "files", lambda _: made | {name: text})
+    planted = rf"\g<0>    if ({KINDS[kind].format(number)}) {{ {instead} }}\n"
+    plant(of, r"\w+(?<!_to)_esc\(const [^{]*\)\n\{\n", planted)
     assert broken in [claim.claim for claim in esc.claims(of, tmp_path) if claim.verdict == "not shown"]

@@ -19,7 +19,7 @@ from bench.proof.rounding.products import NOTHING, ONE, Form, ProductSet, _Model
 from bench.proof.rounding.shares import shares
 from bench.proof.symbolic import programs
 from tests.bench.proof.in_fractions import exactly
-from tests.bench.proof.search import searched
+from tests.bench.proof.search import largest_error
 
 pytest.importorskip("highspy")
 pytestmark = pytest.mark.skipif(not compiler(), reason="needs a C compiler")
@@ -45,7 +45,7 @@ def test_the_largest_error_that_a_search_finds_is_a_tenth_of_the_bound_at_least(
         pytest.skip("numpy has nothing wider than double here to compare with")
     program, vehicle = kernel(scalar)
     most = bound(program, vehicle, scalar)
-    assert most / 10 <= searched(program, vehicle, scalar, {}, most / 10) <= most
+    assert most / 10 <= largest_error(program, vehicle, scalar, most / 10) <= most
 
 
 def test_the_bound_holds_against_fractions_where_little_room_is_left() -> None:
@@ -81,7 +81,7 @@ def test_a_room_that_is_taken_for_larger_than_it_is_gives_a_bound_that_does_not_
 
     monkeypatch.setattr(ProductSet, "add", too_much)
     wrong = bound(program, vehicle, "double")
-    assert searched(program, vehicle, "double", {}, wrong) > wrong
+    assert largest_error(program, vehicle, "double", wrong) > wrong
 
 
 def test_an_error_above_the_bound_is_not_shown(monkeypatch: pytest.MonkeyPatch) -> None:
