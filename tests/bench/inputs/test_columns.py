@@ -59,11 +59,6 @@ def test_units_on_a_line_of_their_own_count_and_are_said(file: Path) -> None:
     assert read_demands(file, DOF, parse_columns("surge=surge [N]")).taus[0, 0] == 1
 
 
-def test_a_comment_below_the_header_that_begins_with_a_percent_sign_is_one(file: Path) -> None:
-    asked = read_demands(written(file, "surge,sway,yaw\n% a, b, c\n1,2,3\n%,%\n"), DOF)
-    assert asked.taus.tolist() == [[1, 2, 3]]
-
-
 @pytest.mark.parametrize(
     ("header", "first", "step", "seconds"),
     [
@@ -88,9 +83,11 @@ def test_times_are_seconds_whatever_their_unit(
     file: Path, header: str, first: float, step: float, seconds: float
 ) -> None:
     rows = "".join(f"{','.join([repr(first + i * step)] * len(header.split(',')))},1,2,3\n" for i in range(3))
-    t = read_demands(written(file, f"{header},surge,sway,yaw\n{rows}"), DOF).t
-    assert t is not None
-    np.testing.assert_allclose(np.diff(t), seconds, rtol=1e-4)
+    asked = read_demands(written(file, f"{header},surge,sway,yaw\n{rows}"), DOF)
+    assert asked.t is not None
+    np.testing.assert_allclose(np.diff(asked.t), seconds, rtol=1e-4)
+    unit = {"millis": "ms", "TimeUS": "us"}.get(header, "")
+    assert not unit or f"t from '{header}' [{unit}]" in asked.said
 
 
 @pytest.mark.parametrize("name", [name for name, unit in TIMES.items() if not unit])
@@ -107,7 +104,14 @@ def test_a_time_whose_unit_nothing_states_is_refused_with_the_line_that_does(
 
 
 @pytest.mark.parametrize(
-    "head", ["solve time [ms],t [s]", "imu time [ms],t", "cpu_time_us,t", "Run time [s],header.stamp [s]"]
+    "head",
+    [
+        "solve time [ms],t [s]",
+        "imu time [ms],t",
+        "cpu_time_us,t",
+        "Run time [s],header.stamp [s]",
+        "T [C],time [s]",
+    ],
 )
 @pytest.mark.parametrize("order", [1, -1])
 def test_how_long_something_took_is_no_time_stamp(file: Path, head: str, order: int) -> None:
@@ -404,27 +408,3 @@ def test_a_printed_option_repeats_what_was_given(file: Path) -> None:
     message = refusal(file, "stamp,X,Y,Z\n0,1,2,3\n", "surge=X [N],sway=Y [N],yaw=Z [Nm],t=stamp")
     assert set(pasted(message)) == {"surge", "sway", "yaw", "t"}
     assert "[UNIT]" in message
-
-
-def test_a_column_called_t_in_no_unit_of_time_leaves_the_time_to_another(file: Path) -> None:
-    asked = read_demands(written(file, "time [s],T [C],surge,sway,yaw\n1,20,1,2,3\n2,20,1,2,3\n"), DOF)
-    assert asked.t is not None
-    assert asked.t.tolist() == [1, 2]
-
-
-@pytest.mark.parametrize(("name", "unit"), [("TimeUS", "us"), ("millis", "ms")])
-def test_the_unit_that_a_known_name_of_a_time_has_is_said(file: Path, name: str, unit: str) -> None:
-    said = read_demands(written(file, f"{name},surge,sway,yaw\n0,1,2,3\n9,1,2,3\n"), DOF).said
-    assert f"t from '{name}' [{unit}]" in said
-
-
-@pytest.mark.parametrize("name", ["f0_lower_limit", "thruster0_force_max", "lim0_max"])
-def test_a_column_like_a_limit_is_refused_with_the_name_to_write(file: Path, name: str) -> None:
-    written(file, f"surge,sway,yaw,{name}\n1,2,3,4\n")
-    assert "f0_min" in refused(lambda: read_log(file, DOF), file)
-
-
-@pytest.mark.parametrize("header", ["force x,force y,torque z", "Force.X,Force.Y,Torque.Z"])
-def test_columns_named_as_in_ros_need_a_frame_however_they_are_spelled(file: Path, header: str) -> None:
-    written(file, f"{header}\n1,2,3\n")
-    assert "is named as in ROS" in refused(lambda: read_log(file, DOF), file)

@@ -112,6 +112,13 @@ AS_LOGGED = {
     "members of a message": "force.x,force.y,torque.z\n1.5,-2,1e-5\n",
     "paths": "/wrench/force/x,/wrench/force/y,/wrench/torque/z\n1.5,-2,1e-5\n",
     "an attitude beside the wrench": "roll [deg],pitch [deg],yaw [deg],fx,fy,mz\n9,9,9,1.5,-2,1e-5\n",
+    **{
+        f"units behind {mark!r}": f"fx,fy,mz\n{mark}kN,N,Nm\n0.0015,-2,1e-5\n"
+        for mark in ("# ", "#", "// ", "% ")
+    },
+    "a header and units in comments": "#fx,fy,mz\n#[kN],[N],[Nm]\n0.0015,-2,1e-5\n",
+    "a comment with as many commas": "surge,sway,yaw\n# no, units, here\n1.5,-2,1e-5\n",
+    "a comment as MATLAB has them": "surge,sway,yaw\n% a, b, c\n1.5,-2,1e-5\n%,%\n",
     "comments": "# run 7\n# of the morning\nsurge,sway,yaw\n// restarted\n1.5,-2,1e-5\n% end\n",
     "a header in a comment": "# run 7\n# surge, sway, yaw\n1.5,-2,1e-5\n",
     "rows of other sensors": "surge,sway,depth,yaw\n,,3.1,\n1.5,-2,,1e-5\n,,3.2,\n",
@@ -256,26 +263,6 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
 def test_a_full_disk_leaves_nothing_half_written() -> None:
     with pytest.raises(FileError, match="no space left on device"):
         write_text(Path("/dev/full"), "x")
-
-
-@pytest.mark.parametrize("mark", ["", "# ", "#", "// ", "% "])
-def test_units_below_the_header_are_units_with_a_comment_s_mark_too(file: Path, mark: str) -> None:
-    """With one they were dropped, and a tenth of a kilonewton was a tenth of a newton."""
-    taus = read_demands(written(file, f"surge,sway,yaw\n{mark}kN,kN,kNm\n0.1,0,0\n"), DOF).taus
-    assert taus.tolist() == [[100, 0, 0]]
-
-
-def test_a_commented_header_may_have_commented_units(file: Path) -> None:
-    asked = read_demands(written(file, "#t,surge,sway,yaw\n#[ms],[N],[kN],[Nm]\n0,1,2,3\n100,1,2,3\n"), DOF)
-    assert asked.taus[0].tolist() == [1, 2000, 3]
-    assert asked.t is not None
-    assert asked.t.tolist() == [0, 0.1]
-
-
-def test_a_comment_below_the_header_with_as_many_commas_is_one(file: Path) -> None:
-    assert read_demands(written(file, "surge,sway,yaw\n# no, units, here\n1,2,3\n"), DOF).taus.tolist() == [
-        [1, 2, 3]
-    ]
 
 
 @pytest.mark.parametrize("empty", ["", "NaN", "nan"])

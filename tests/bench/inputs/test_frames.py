@@ -291,6 +291,8 @@ def test_bags_and_ulogs_say_why_their_frame_is_taken(tmp_path: Path) -> None:
     [
         ("wrench/force/x,wrench/force/y,wrench/torque/z", "frd", "", True),
         ("force.x,force.y,torque.z", "frd", "", True),
+        ("force x,force y,torque z", "frd", "", True),
+        ("Force.X,Force.Y,Torque.Z", "frd", "", True),
         ("force.x,force.y,torque.z", "flu", "", False),
         ("/a/force/x,/a/force/y,/a/torque/z", "frd", "surge={} [N],sway={} [N],yaw={} [Nm]", True),
         ("surge,sway,yaw", "frd", "", False),

@@ -135,6 +135,7 @@ def test_a_column_that_columns_name_as_a_demand_is_no_limit_whatever_it_is_calle
         *("Bow Port_max", "bow-port max", "BOWPORT_MAX", "max_bow port", "bow port maximum", "stern_Min [N]"),
         *("f_max", "fmax", "f0_maximum", "thruster0_max", "max thrust 0", "Thruster 2 upper", "lb_f3"),
         *("limit_max", "force_limit_min", "f0max", "bow_port_max_N"),
+        *("f0_lower_limit", "thruster0_force_max", "lim0_max"),
     ],
 )
 def test_what_looks_like_a_limit_is_refused_with_the_names_that_limits_have(
