@@ -52,7 +52,7 @@ def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
     from alloc.errors import DemandError, VehicleError
     from alloc.files.textfile import write_text
     from bench.demands.log_summary import columns_of, made_by, outputs_text
-    from bench.inputs.demand_csv import format_demands
+    from bench.inputs.demand_csv import format_demands, scale_factors
     from bench.inputs.outputs import read_outputs
 
     given = read_options(**options)
@@ -61,10 +61,7 @@ def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
         raise VehicleError(
             f"{name}: has no ESCs for --from-outputs; add 'esc' to its file (docs/esc.md)", "esc"
         )
-    if len(given.scale) not in (0, 1, vehicle.k):
-        raise DemandError(
-            f"--scale has {len(given.scale)} factors; give one, or one for each of {vehicle.k} DOF"
-        )
+    scale_factors(given.scale, vehicle.dof)
     outputs = read_outputs(log, vehicle, given.columns, given.frame, given.topic)
     if given.scale and outputs.taus is None:
         raise DemandError(f"{log}: has no demands that could be scaled; leave out --scale")

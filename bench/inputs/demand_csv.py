@@ -270,6 +270,15 @@ def parse_scale(text: str) -> tuple[float, ...]:
     return factors
 
 
+def scale_factors(scale: Sequence[float], dof: Sequence[str]) -> FloatArray:
+    """The factor (k,) of each DOF, 1 without any; raises DemandError for another number of them."""
+    if len(scale) not in (0, 1, len(dof)):
+        raise DemandError(
+            f"--scale has {len(scale)} factors, expected one, or one for each of {', '.join(dof)}"
+        )
+    return np.array(np.broadcast_to(scale or 1.0, len(dof)), dtype=np.float64)
+
+
 def format_thrusts(
     answers: Sequence[Allocation],
     header: Sequence[str],

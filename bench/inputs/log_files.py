@@ -1,19 +1,18 @@
 """Common parts of all kinds of logs: modules by suffix, errors of parsers, and the order of messages."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from textwrap import shorten
 from types import ModuleType
-from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from alloc import AllocError
 from alloc.allocation import FloatArray, IndexArray
 from alloc.errors import DemandError, FileError
 from alloc.files.modules import modules
-from bench.inputs.frames import Stated
 from bench.inputs.table import TABLES
 
 LOGS = "bench.inputs.logs"
@@ -21,25 +20,6 @@ LATE = 1.0
 """Messages that are late by up to this are put in order; a time further back is another recording's [s]."""
 DAMAGED = "it is damaged in places, so rows may be missing"
 """The remark on a log of which its parser had to leave something out."""
-
-
-class Log(NamedTuple):
-    """The wrenches in a bag or a ULog.
-
-    Attributes
-    ----------
-    t : (N,) times since the first one [s]
-    taus : (N, 6) wrenches, surge to yaw [N, N m]
-    stated : the frame of taus
-    shares : whether taus are known to be shares of what the vehicle can do [-], which only --scale turns
-    remark : what else the line on the log says
-    """
-
-    t: FloatArray
-    taus: FloatArray
-    stated: Stated
-    shares: bool = False
-    remark: str = ""
 
 
 def reader(path: Path, function: str, what: str) -> ModuleType:
@@ -87,3 +67,10 @@ def in_order(path: Path, t: FloatArray) -> IndexArray:
             " again, or a clock was set; record each by itself, or cut it"
         )
     return np.argsort(t, kind="stable")
+
+
+def timed(path: Path, stamps: ArrayLike, columns: Sequence[ArrayLike]) -> tuple[FloatArray, FloatArray]:
+    """Times (N,) [s] of stamps (N,) [us], and columns (N, m) of messages, in order; raises DemandError."""
+    times = np.asarray(stamps, dtype=np.float64) / 1e6
+    order = in_order(path, times)
+    return times[order], np.column_stack(columns).astype(np.float64)[order]

@@ -1,8 +1,8 @@
 """Logs of demands and of outputs. Each module here reads one kind of file.
 
-A module has ``SUFFIXES`` of the files it reads ("/" for a folder), and ``read(path, topic) -> Log`` of
-demands, ``read_outputs(path, vehicle, topic) -> Outputs`` (``bench.inputs.outputs``), or both. Tables are
-read in ``bench.inputs.demand_csv`` and ``bench.inputs.outputs``.
+A module has ``SUFFIXES`` of the files it reads ("/" for a folder), and ``read(path, topic) -> Demanded`` of
+demands on all six axes (``bench.inputs.demand_csv``), ``read_outputs(path, vehicle, topic) -> Outputs``
+(``bench.inputs.outputs``), or both. Tables are read in these two files.
 """
 
 from pathlib import Path
@@ -16,9 +16,9 @@ from alloc.errors import DemandError
 from alloc.vehicle import LARGEST
 from alloc.vehicle.geometry import DOF
 from bench.inputs.columns import VOLTS
-from bench.inputs.demand_csv import Demanded, read_demands
+from bench.inputs.demand_csv import Demanded, read_demands, scale_factors
 from bench.inputs.frames import in_frame
-from bench.inputs.log_files import Log, in_order, reader
+from bench.inputs.log_files import in_order, reader
 from bench.inputs.table import TABLES
 
 GAP = 3.0
@@ -78,12 +78,9 @@ def read_log(
         log = _from_module(path, dof, topic, options)
     taus, turning = in_frame(path, log.taus, dof, log.stated, options.frame, frame)
     said = f"{log.said}; {turning}" if log.said else f"{path.name}: {turning}"
-    if len(options.scale) not in (0, 1, len(dof)):
-        raise DemandError(
-            f"--scale has {len(options.scale)} factors, expected one, or one for each of {', '.join(dof)}"
-        )
-    taus = taus * np.array(options.scale) if options.scale else taus
-    return log._replace(taus=taus, said=said, shares=log.shares and not options.scale)
+    return log._replace(
+        taus=taus * scale_factors(options.scale, dof), said=said, shares=log.shares and not options.scale
+    )
 
 
 def _from_module(path: Path, dof: tuple[str, ...], topic: str, options: LogOptions) -> Demanded:
@@ -98,7 +95,8 @@ def _from_module(path: Path, dof: tuple[str, ...], topic: str, options: LogOptio
     module = reader(path, "read", "log")
     if options.columns:
         raise DemandError(f"{path}: has no columns; --columns is for tables, leave it out")
-    log: Log = module.read(path, topic)
+    log: Demanded = module.read(path, topic)
+    assert log.t is not None
     order = in_order(path, log.t)  # messages may arrive late
     t, taus = log.t[order], log.taus[order]
     moved = np.nan_to_num(taus)
@@ -115,7 +113,7 @@ def _from_module(path: Path, dof: tuple[str, ...], topic: str, options: LogOptio
         )
     parts = [f"left out: {', '.join(others)}, which the vehicle does not have"] if others else []
     parts += [] if there.all() else [f"{np.count_nonzero(~there)} rows without a demand"]
-    parts += [log.remark] if log.remark else []
+    parts += [log.said] if log.said else []
     said = f"{path.name}: {'; '.join(parts)}" if parts else ""
     return Demanded(t, taus, said, stated=log.stated, shares=log.shares)
 

@@ -20,7 +20,7 @@ from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError, FileError, NotInstalled
 from bench.inputs.frames import Stated
-from bench.inputs.log_files import DAMAGED, in_order, parsing
+from bench.inputs.log_files import DAMAGED, parsing, timed
 from bench.inputs.outputs import Outputs, battery_volts, hold_last, join_rows, mirror_doubt, motor_channels
 
 SUFFIXES = (".bin",)
@@ -141,9 +141,7 @@ def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]
 
 def _timed(path: Path, rows: list[dict[str, Any]], *keys: str) -> tuple[FloatArray, FloatArray]:
     """Times (N,) [s] and what was logged then (N, keys), in order."""
-    times = np.array([row["TimeUS"] for row in rows], dtype=np.float64) / 1e6
-    order = in_order(path, times)
-    return times[order], np.array([[row[key] for key in keys] for row in rows], dtype=np.float64)[order]
+    return timed(path, [row["TimeUS"] for row in rows], [[row[key] for row in rows] for key in keys])
 
 
 def _attitude(rows: list[dict[str, Any]]) -> str:

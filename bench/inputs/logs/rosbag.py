@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError, FileError, NotInstalled
 from alloc.vehicle.geometry import DOF
+from bench.inputs.demand_csv import Demanded
 from bench.inputs.frames import of_ids
-from bench.inputs.log_files import Log, parsing
+from bench.inputs.log_files import parsing
 
 SUFFIXES = (".bag", ".db3", ".mcap", "/")
 TYPES = ("geometry_msgs/msg/Wrench", "geometry_msgs/msg/WrenchStamped")
@@ -20,7 +21,7 @@ CALENDAR_NS = 10**18
 """Times below this are no dates but those of a simulation: 2001 was 10^18 ns after 1970."""
 
 
-def read(path: Path, topic: str) -> Log:
+def read(path: Path, topic: str) -> Demanded:
     """The wrenches on a topic, all six axes; without a topic, those on the only one that has wrenches.
 
     Times are those of the headers where every message has one of its own, else those of recording.
@@ -86,7 +87,7 @@ def _stamped(stamps: list[Any], received: NDArray[np.int64]) -> NDArray[np.int64
     return t_ns if known and (len(t_ns) < 2 or np.ptp(t_ns) > 0) else received
 
 
-def _log(messages: list[tuple[int, Any]]) -> Log:
+def _log(messages: list[tuple[int, Any]]) -> Demanded:
     received = np.array([time for time, _ in messages], dtype=np.int64)
     headers = [getattr(message, "header", None) for _, message in messages]
     t_ns = _stamped([header.stamp for header in headers if header is not None], received)
@@ -100,4 +101,4 @@ def _log(messages: list[tuple[int, Any]]) -> Log:
     ).reshape(-1, len(DOF))
     frames = {str(header.frame_id).lower() for header in headers if header is not None}
     start = t_ns.min(initial=t_ns[0]) if len(t_ns) else 0
-    return Log((t_ns - start) / 1e9, taus, of_ids(frames))
+    return Demanded((t_ns - start) / 1e9, taus, stated=of_ids(frames))

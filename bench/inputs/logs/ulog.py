@@ -23,8 +23,9 @@ from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError, NotInstalled
 from alloc.vehicle.geometry import DOF
+from bench.inputs.demand_csv import Demanded
 from bench.inputs.frames import Stated
-from bench.inputs.log_files import DAMAGED, Log, in_order, parsing
+from bench.inputs.log_files import DAMAGED, parsing, timed
 from bench.inputs.outputs import Outputs, battery_volts, hold_last, join_rows, mirror_doubt, motor_channels
 
 SUFFIXES = (".ulg", ".ulog")
@@ -61,17 +62,17 @@ def read_ulog(path: Path, *messages: str) -> tuple[dict[str, Instances], dict[st
     return sets, log.initial_parameters, DAMAGED if log.file_corruption else ""
 
 
-def read(path: Path, topic: str) -> Log:
+def read(path: Path, topic: str) -> Demanded:
     """One demand a thrust setpoint, with the torque setpoint that held then; none before the first torque.
 
     The topic is the number of an instance, as a VTOL has one for hovering and one for cruising.
     """
     with parsing(path, "ULog", "pyulog"):
         sets, _, remark = read_ulog(path, THRUST, TORQUE)
-        return _chosen(path, sets, topic)._replace(remark=remark)
+        return _chosen(path, sets, topic)._replace(said=remark)
 
 
-def _chosen(path: Path, sets: dict[str, Instances], topic: str) -> Log:
+def _chosen(path: Path, sets: dict[str, Instances], topic: str) -> Demanded:
     for name in (THRUST, TORQUE):
         if not sets[name]:
             raise DemandError(f"{path}: holds no {name}; log it (SDLOG_PROFILE, default set)")
@@ -91,14 +92,14 @@ def _chosen(path: Path, sets: dict[str, Instances], topic: str) -> Log:
     return next(iter(logs.values()))
 
 
-def _setpoints(thrust: dict[str, Any], torque: dict[str, Any]) -> Log:
+def _setpoints(thrust: dict[str, Any], torque: dict[str, Any]) -> Demanded:
     held = np.searchsorted(torque["timestamp"], thrust["timestamp"], side="right") - 1
     kept = held >= 0
     columns = [np.asarray(thrust[f"xyz[{i}]"], dtype=np.float64)[kept] for i in range(3)]
     columns += [np.asarray(torque[f"xyz[{i}]"], dtype=np.float64)[held[kept]] for i in range(3)]
     times = np.asarray(thrust["timestamp"], dtype=np.int64)[kept]
     start = times[0] if len(times) else 0
-    return Log((times - start) / 1e6, np.stack(columns, axis=1), PX4, shares=True)
+    return Demanded((times - start) / 1e6, np.stack(columns, axis=1), stated=PX4, shares=True)
 
 
 class Pin(NamedTuple):
@@ -320,6 +321,4 @@ def _commands(path: Path, pins: Sequence[Pin], instances: Instances) -> tuple[Fl
 
 def _timed(path: Path, data: dict[str, Any], *keys: str) -> tuple[FloatArray, FloatArray]:
     """Times (N,) [s] and what was logged then (N, keys), in order."""
-    times = np.asarray(data["timestamp"], dtype=np.float64) / 1e6
-    order = in_order(path, times)
-    return times[order], np.column_stack([np.asarray(data[key], dtype=np.float64) for key in keys])[order]
+    return timed(path, data["timestamp"], [data[key] for key in keys])
