@@ -4,6 +4,7 @@ import numpy as np
 
 from alloc import Status, Vehicle, build
 from alloc.allocation import FloatArray
+from tests.vehicles import made_up
 
 AGREE = 1e-9
 """The promise of closed forms, relative to the largest |f|: rounding times cond(T), below 1e3 here."""
@@ -11,19 +12,7 @@ AGREE = 1e-9
 
 def vehicle_of(T: FloatArray, H: FloatArray | None = None) -> Vehicle:
     """A vehicle with that T (k, n) and H (n, n), the identity if None, and limits of 100 N."""
-    k, n = T.shape
-    dof = ("surge", "sway", "heave", "roll", "pitch", "yaw")[:k]
-    limit = np.full(n, 100.0)
-    return Vehicle(
-        name="random",
-        dof=dof,
-        T=T,
-        H=np.eye(n) if H is None else H,
-        f_min=-limit,
-        f_max=limit,
-        readiness=np.ones(n),
-        slack_weights=np.ones(k),
-    )
+    return made_up(T, H=np.eye(T.shape[1]) if H is None else H)
 
 
 def by_lagrange(vehicle: Vehicle, tau: FloatArray) -> FloatArray:

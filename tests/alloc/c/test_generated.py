@@ -15,7 +15,7 @@ import pytest
 
 from alloc import NotApplicable, Status, Vehicle, build, load_vehicle
 from alloc import generate as files_of
-from alloc.c import Target, compiled, function_name, missing, selftest
+from alloc.c import Target, function_name, missing, page, selftest
 from alloc.c import sources as sources_of
 from alloc.c.statements import STATUSES
 from alloc.errors import DemandError, UnknownName
@@ -25,12 +25,13 @@ from alloc.vehicle.weak import Survey
 from bench.demands import build_demands
 from bench.demands.generated import numbered, vehicle_of
 from bench.demands.surveys import move_poses
+from tests.compilers import build_program, run
 from tests.nullspace_cases import SHAPES, demands_of_known_verdict, random_vehicle
 from tests.places import DOCS
+from tests.vehicles import made_up
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
 
-STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror"]
 SANITIZE = ["-fsanitize=undefined", "-fno-sanitize-recover=all"]
 REFUSED = 2
 UNKNOWN_FAULT = -1
@@ -54,27 +55,15 @@ def generate(
     return {name: text for name, text in made.items() if not name.endswith(".md")}
 
 
-def compile_in(folder: Path, files: dict[str, str], *flags: str) -> Path:
-    """The object or program made of the files with every warning an error."""
-    for name, text in files.items():
-        (folder / name).parent.mkdir(exist_ok=True)
-        (folder / name).write_text(text)
-    units = [name for name in files if name.endswith(".c")]
-    command = [*compiled.compiler(), *STRICT, "-I.", *flags, *units, "-o", "made"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return folder / "made"
-
-
-def run(program: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([str(program)], capture_output=True, text=True, check=False)
+def run_program(program: Path) -> subprocess.CompletedProcess[str]:
+    return run([str(program)], program.parent)
 
 
 def check_itself(
     vehicle: Vehicle, kernel: str, scalar: Scalar, limits: Where, folder: Path, faults: Faults = "one"
 ) -> None:
     """Compile the kernel with its self-test, UBSan watching; run it, and see that it asked enough."""
-    done = run(compile_in(folder, generate(vehicle, kernel, scalar, limits, faults), *SANITIZE))
+    done = run_program(build_program(folder, generate(vehicle, kernel, scalar, limits, faults), *SANITIZE))
     assert done.returncode == 0, done.stdout + done.stderr
     asked = re.search(r"(\d+) cases, (\d+) asked.*; 0 wrong", done.stdout)
     assert asked
@@ -102,7 +91,7 @@ def test_a_self_test_is_red_of_thrusts_two_per_cent_off_whatever_bound_was_deriv
         name: re.sub(r"f\[0\] = (\w+);", rf"f[0] = \1 * {factor};", text) for name, text in files.items()
     }
     assert broken != files
-    assert run(compile_in(tmp_path, broken)).returncode == 1
+    assert run_program(build_program(tmp_path, broken)).returncode == 1
 
 
 @pytest.mark.parametrize(
@@ -152,14 +141,8 @@ def test_c_of_a_surveyed_vehicle_leaves_out_what_each_fault_leaves_weak(
 @pytest.mark.parametrize("kernel", ["scaled", "nullspace"])
 def test_a_thruster_that_could_not_rest_takes_nothing_of_others_when_it_is_off(kernel, tmp_path) -> None:
     """Zero lies outside of its limits, which one function for all faults looks at."""
-    vehicle = replace(
-        load_vehicle(SMALL),
-        dof=("surge", "sway"),
-        T=np.array([[1.0, 0.8, 0.3, -0.5], [0.2, 0.6, 1.0, 0.9]]),
-        slack_weights=np.ones(2),
-        priority=(),
-        f_min=np.array([-250.0, 10.0, -250.0, -250.0]),
-    )
+    T = [[1.0, 0.8, 0.3, -0.5], [0.2, 0.6, 1.0, 0.9]]
+    vehicle = made_up(T, [-250.0, 10.0, -250.0, -250.0], 250.0)
     check_itself(vehicle, kernel, "double", "fixed", tmp_path, "all")
 
 
@@ -169,14 +152,16 @@ def test_a_number_of_one_fault_that_is_wrong_is_told_by_the_self_test(tmp_path) 
     assert rows
     last = rows[1].splitlines()[-1]
     files["ukwial_nullspace.c"] = files["ukwial_nullspace.c"].replace(last, last.replace("250.0", "240.0"))
-    done = run(compile_in(tmp_path, files))
+    done = run_program(build_program(tmp_path, files))
     assert done.returncode == 1
     assert "fault 3" in done.stdout
 
 
 def test_without_faults_a_fault_is_not_known_and_nothing_else_is_other(tmp_path) -> None:
     vehicle = load_vehicle(SMALL)
-    none, one = (generate(vehicle, "scaled", faults=each)["ukwial_scaled.c"] for each in ("none", "one"))
+    kernel = recipe("scaled")
+    targets = [Target(vehicle=vehicle, method=kernel, faults=each) for each in ("none", "one")]
+    none, one = (sources_of(target)["ukwial_scaled.c"] for target in targets)
     assert "case 0:" in one
     assert "case 0:" not in none
     assert files_of(vehicle, "scaled", faults=False)["ukwial_scaled.c"] == none
@@ -188,14 +173,14 @@ def test_without_faults_a_fault_is_not_known_and_nothing_else_is_other(tmp_path)
 def test_header_and_page_list_the_statuses_that_the_source_returns(kernel: str, limits: Where) -> None:
     for vehicle in (load_vehicle(SMALL), load_vehicle("supply-vessel")):
         try:
-            files = files_of(vehicle, kernel, scalar="float", limits=limits)
+            target = Target(vehicle=vehicle, method=recipe(kernel), scalar="float", limits=limits)
+            header, source = sources_of(target).values()
         except NotApplicable:  # walsh covers no vehicle of another shape
             continue
-        name = function_name(vehicle, kernel, "float", limits)
-        header, source, page = (files[f"{name}.{kind}"] for kind in ("h", "c", "md"))
+        text = page(target)
         returned = {status for status, word in STATUSES.items() if re.search(rf"\b{word}\b", source)}
         assert {int(each) for each in re.findall(r"^ \*   ([ -]\d)  ", header, re.M)} == returned
-        assert {int(each) for each in re.findall(r"^\| (-?\d) \|", page, re.M)} == returned
+        assert {int(each) for each in re.findall(r"^\| (-?\d) \|", text, re.M)} == returned
         assert (2 in returned) == (kernel == "nullspace" or (limits == "call" and kernel in LIMITED))
 
 
@@ -229,9 +214,8 @@ def test_where_h_couples_thrusters_that_z_moves_with_others_a_way_still_ends_at_
     tmp_path,
 ) -> None:
     """Two thrusters share the surge, the first always pushes; a third, across, costs more beside them."""
-    T, H = np.array([[1.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), np.array([[3.0, 0, 1], [0, 1, -0.5], [1, -0.5, 2]])
-    low, high = np.array([2.0, -10.0, -10.0]), np.full(3, 10.0)
-    vehicle = Vehicle("coupled", ("surge", "sway"), T, H, low, high, np.ones(3), np.full(2, 2000.0))
+    T, H = [[1.0, 1.0, 0.0], [0.0, 0.0, 1.0]], np.array([[3.0, 0, 1], [0, 1, -0.5], [1, -0.5, 2]])
+    vehicle = made_up(T, [2.0, -10.0, -10.0], 10.0, H=H)
     allocate = build("scaled@native", vehicle)
     tau = np.array([11.0, 4.0])
     f = build("qp/daqp", vehicle)(tau).f
@@ -256,7 +240,7 @@ def test_self_tests_of_vehicles_with_all_that_a_file_may_hold_are_green(
 ) -> None:
     """``python docs/studies/native_selftests.py --plain --odd --random 300`` asks three hundred of them."""
     vehicle = replace(vehicle_of(number)[0], name=f"odd{number}")
-    done = run(compile_in(tmp_path, generate(vehicle, kernel, scalar, limits=limits), *SANITIZE))
+    done = run_program(build_program(tmp_path, generate(vehicle, kernel, scalar, limits=limits), *SANITIZE))
     assert done.returncode == 0, done.stdout + done.stderr
 
 
@@ -277,7 +261,7 @@ def test_the_self_test_notices_a_wrong_constant(tmp_path) -> None:
     first = re.search(r" = c\[\d+\] \* t\d", source)  # of the whole vehicle, which stands first
     assert first
     files["ukwial_nullspace.c"] = source.replace(first[0], first[0].replace("= ", "= 1.0000001 * "), 1)
-    done = run(compile_in(tmp_path, files))
+    done = run_program(build_program(tmp_path, files))
     assert done.returncode == 1
     assert "fault -1" in done.stdout
 
@@ -293,16 +277,19 @@ def test_the_self_test_notices_a_thrust_that_is_off_by_a_thousandth_of_a_limit_i
         r"f\[0\] = (.+);", rf"f[0] = (\1) + {vehicle.f_scale / 1000:.3f}F;", files[source]
     )
     assert written
-    assert run(compile_in(tmp_path, files | {source: broken})).returncode == 1
+    assert run_program(build_program(tmp_path, files | {source: broken})).returncode == 1
 
 
 @pytest.mark.skipif(shutil.which("nm") is None, reason="nm (Debian: apt install binutils) lists symbols")
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_generated_code_calls_no_library_and_keeps_no_state(kernel, tmp_path) -> None:
     """No undefined symbol: no library, no heap. No writable symbol: no state between calls."""
-    files = generate(load_vehicle(SMALL), kernel, limits="call")
-    kept = {name: text for name, text in files.items() if not name.endswith("_test.c")}
-    made = compile_in(tmp_path, kept, "-O2", "-c")
+    made = build_program(
+        tmp_path,
+        sources_of(Target(vehicle=load_vehicle(SMALL), method=recipe(kernel), limits="call")),
+        "-O2",
+        "-c",
+    )
     symbols = subprocess.run(["nm", str(made)], capture_output=True, text=True, check=True).stdout.split("\n")
     kinds = {line.split()[-2] for line in symbols if line}
     assert kinds <= {"T", "t", "r"}  # code and constants
@@ -318,7 +305,7 @@ def kernel_of(
 ):
     """The compiled kernel as a Python function (arrays…, fault) -> (status, f), f filled with 7 before."""
     target = Target(vehicle=vehicle, method=recipe(kernel), scalar=scalar, limits=limits, faults=faults)
-    library = ctypes.CDLL(str(compile_in(folder, sources_of(target), "-O2", "-fPIC", "-shared")))
+    library = ctypes.CDLL(str(build_program(folder, sources_of(target), "-O2", "-fPIC", "-shared")))
     solve = library[target.name]
     dtype = np.float64 if scalar == "double" else np.float32
 
@@ -485,9 +472,10 @@ def test_limits_without_any_margin_take_nothing_of_a_demand_but_what_they_make(k
         answer = native(tau, fixed, fixed)
         assert (answer.status, set(answer.share)) == (status, {share})
         np.testing.assert_array_equal(answer.f, fixed)
-    headers = [generate(vehicle, kernel, limits=each) for each in ("call", "fixed")]
-    told = ["divide by zero" in next(iter(files.values())) for files in headers]
-    assert told == [True, False]
+    files = [
+        sources_of(Target(vehicle=vehicle, method=recipe(kernel), limits=each)) for each in ("call", "fixed")
+    ]
+    assert ["divide by zero" in next(iter(each.values())) for each in files] == [True, False]
 
 
 @pytest.mark.parametrize(
@@ -541,7 +529,7 @@ def test_a_vehicle_name_with_any_characters_gives_valid_c(tmp_path) -> None:
     vehicle = replace(load_vehicle("ukwial"), name='7 Weiße */ "Flotte"\n\\')
     files = generate(vehicle, "nullspace")
     assert all(name.isascii() for name in files)
-    assert run(compile_in(tmp_path, files)).returncode == 0
+    assert run_program(build_program(tmp_path, files)).returncode == 0
 
 
 def test_a_thruster_that_pushes_no_controlled_axis_gets_the_thrust_nearest_zero(tmp_path) -> None:
@@ -549,20 +537,11 @@ def test_a_thruster_that_pushes_no_controlled_axis_gets_the_thrust_nearest_zero(
     plane = load_vehicle("ukwial")
     T = np.hstack([plane.T, np.zeros((3, 2))])
     f_min, f_max = np.append(plane.f_min, [-10, 5]), np.append(plane.f_max, [10, 20])
-    vehicle = Vehicle(
-        name="idle",
-        dof=plane.dof,
-        T=T,
-        H=np.eye(6),
-        f_min=f_min,
-        f_max=f_max,
-        readiness=np.ones(6),
-        slack_weights=np.ones(3),
-    )
+    vehicle = made_up(T, f_min, f_max, name="idle", dof=plane.dof)
     tau = plane.T @ [100, 100, -100, -50]
     for method in ("nullspace", "nullspace@native"):
         np.testing.assert_array_equal(build(method, vehicle)(tau).f[4:], [0, 5])
-    assert run(compile_in(tmp_path, generate(vehicle, "nullspace"))).returncode == 0
+    assert run_program(build_program(tmp_path, generate(vehicle, "nullspace"))).returncode == 0
 
 
 def test_the_same_vehicle_gives_the_same_text() -> None:
@@ -581,7 +560,7 @@ def test_a_self_test_is_red_of_thrusts_that_make_the_same_wrench_with_more_effor
         r"f\[(\d)\] = (.+);", lambda at: f"f[{at[1]}] = ({at[2]}) + {by[int(at[1])]!r};", files[source]
     )
     assert written >= vehicle.n
-    done = run(compile_in(tmp_path, files | {source: broken}))
+    done = run_program(build_program(tmp_path, files | {source: broken}))
     assert done.returncode == 1
     told = re.search(r"; (\d+) wrong", done.stdout)
     assert told

@@ -2,8 +2,6 @@
 
 import os
 import re
-import shutil
-import subprocess
 from itertools import product
 from pathlib import Path
 
@@ -14,10 +12,9 @@ from hypothesis import strategies as st
 
 from alloc import Vehicle, generate, load_vehicle
 from alloc.program.literal import number
+from tests.compilers import WARNINGS, needs, run, write
+from tests.vehicles import made_up
 
-WARNINGS = [
-    "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-Wundef", "-Werror",
-]  # fmt: skip
 C, CPP = ("c99", "c11", "c17", "gnu11", "gnu17"), ("c++11", "c++14", "c++17", "c++20")
 SPAN = {("gcc", "c99"), ("clang", "gnu17"), ("g++", "c++20"), ("clang++", "c++11")}
 """The oldest and the newest standard of both languages; those between are asked with ``-m long``."""
@@ -31,23 +28,6 @@ ALONE = {("gcc", "c99"), ("g++", "c++20")}
 METHODS = ("nullspace", "scaled", "redistribute", "pinv")
 """Between them they have all that C can be made of: branches, loops over data, shares, no status."""
 SHAPES = [("double", "fixed"), ("float", "call"), ("double", "call"), ("float", "fixed")]
-
-
-def needs(*commands: str) -> None:
-    """Skip where a compiler is missing."""
-    for command in commands:
-        if shutil.which(command) is None:
-            pytest.skip(f"needs {command}")
-
-
-def run(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-
-
-def write(folder: Path, files: dict[str, str]) -> None:
-    for name, text in files.items():
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_text(text, encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
@@ -70,26 +50,26 @@ def generated(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("compiler", ["gcc", "clang"])
-def test_what_is_asked_of_several_conditions_stands_in_brackets(compiler: str, tmp_path: Path) -> None:
-    """Clang warns of a & b ? c : d; a vehicle that can't push every axis asks so for its status."""
-    needs(compiler)
-    files = generate(load_vehicle("bluerov2"), "scaled")
-    assert any(") & (" in text for text in files.values())
-    write(tmp_path, files)
-    sources = [path.name for path in tmp_path.glob("*.c")]
-    done = run([compiler, "-std=c99", *WARNINGS, "-I.", "-fsyntax-only", *sources], tmp_path)
-    assert (done.returncode, done.stderr) == (0, "")
+ALIKE = made_up(np.ones((1, 3)), [-4.0, 1.0, -6.0], [5.0, 6.0, 6.0], dof=("heave",), name="alike")
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
-def test_thrusters_that_a_step_moves_alike_share_a_variable(compiler: str, tmp_path: Path) -> None:
-    """Three that push one axis, with limits of their own: the first of two equal variables was never read."""
+@pytest.mark.parametrize(
+    ("vehicle", "method", "has"),
+    [
+        # Clang warns of a & b ? c : d; a vehicle that can't push every axis asks so for its status.
+        pytest.param(load_vehicle("bluerov2"), "scaled", ") & (", id="several conditions"),
+        # Three that push one axis, with limits of their own: the first of two equal variables was never read.
+        pytest.param(ALIKE, "nullspace", "", id="thrusters that a step moves alike"),
+    ],
+)
+def test_what_a_compiler_warned_of_is_clean(
+    compiler: str, vehicle: Vehicle, method: str, has: str, tmp_path: Path
+) -> None:
     needs(compiler)
-    ends, one = ([-4.0, 1.0, -6.0], [5.0, 6.0, 6.0]), np.ones((1, 3))
-    alike = Vehicle("alike", ("heave",), one, np.eye(3), *map(np.array, ends), np.ones(3), np.ones(1))
-    write(tmp_path, generate(alike, "nullspace"))
-    done = run([compiler, "-std=c99", *WARNINGS, "-I.", "-fsyntax-only", "alike_nullspace.c"], tmp_path)
+    files = generate(vehicle, method)
+    assert any(has in text for text in files.values())
+    done = run([compiler, "-std=c99", *WARNINGS, "-I.", "-fsyntax-only", *write(tmp_path, files)], tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
 
 

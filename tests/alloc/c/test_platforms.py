@@ -12,8 +12,8 @@ import pytest
 
 from alloc import generate, library, load_vehicle
 from alloc.c import Package
-from tests.alloc.c.test_linkable import needs, write
 from tests.alloc.c.test_packages import do
+from tests.compilers import needs, write
 
 pytestmark = pytest.mark.long
 

@@ -13,6 +13,7 @@ from alloc.library import calls
 from bench.demands.generated import edge_demands, made_by_few, numbered
 from tests.coupled import coupled
 from tests.library import Allocator
+from tests.vehicles import made_up
 
 CLOSE = 1e-9
 """Share of the largest limit: what methods promise; 2e-13 was the most seen."""
@@ -101,13 +102,7 @@ def test_a_fault_of_no_thruster_has_a_status_and_no_call_is_answered_until_a_mas
 def test_a_mask_with_a_bit_for_each_of_thirty_two_thrusters_is_taken() -> None:
     """A shift by all bits of a type is undefined."""
     T = np.vstack([np.ones(32), np.linspace(-1.0, 1.0, 32)])
-    own = load_vehicle("ukwial")
-    ends = np.full(32, 10.0)
-    vehicle = replace(
-        own, dof=("surge", "yaw"), T=T, H=np.eye(32), f_min=-ends, f_max=ends, readiness=np.ones(32),
-        slack_weights=np.ones(2), priority=(), slew=None, by_volts=None, names=(), esc=(), groups=(),
-    )  # fmt: skip
-    library = Allocator(vehicle, n_max=32, k_max=2)
+    library = Allocator(made_up(T, -10.0, 10.0, dof=("surge", "yaw")), n_max=32, k_max=2)
     assert library.status == 0
     assert library.without(31) == 0
     assert library("nullspace", np.array([5.0, 0.0]))[1][31] == 0.0

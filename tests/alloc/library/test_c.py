@@ -7,7 +7,8 @@ import pytest
 from alloc import generate, load_vehicle
 from alloc.library import files, selftest
 from alloc.program import Scalar
-from tests.alloc.c.test_linkable import COMPILERS, WARNINGS, needs, run, write
+from tests.alloc.c.test_linkable import COMPILERS
+from tests.compilers import WARNINGS, needs, run, write
 
 SIZES = [
     ("double", 8, 6),

@@ -12,7 +12,7 @@ from alloc import Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.library import files
 from alloc.program import Scalar
-from tests.alloc.c.test_linkable import WARNINGS, needs, run, write
+from tests.compilers import WARNINGS, needs, run, write
 from tests.places import ROOT
 
 PLACE = ROOT / "docs" / "at-boot"

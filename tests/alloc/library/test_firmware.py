@@ -14,7 +14,8 @@ from alloc.program import Scalar
 from bench.chips.image import FIRMWARE
 from bench.chips.toolchain import ended
 from bench.chips.toolchain import run as ran
-from tests.alloc.c.test_linkable import COMPILERS, WARNINGS, needs, write
+from tests.alloc.c.test_linkable import COMPILERS
+from tests.compilers import WARNINGS, needs, write
 from tests.emulators import available
 
 PLACE = Path(__file__).parent / "firmware"

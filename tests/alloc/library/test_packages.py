@@ -9,8 +9,8 @@ from click.testing import CliRunner
 
 from alloc.library import NAME, generate
 from bench.commands.codegen import command
-from tests.alloc.c.test_linkable import WARNINGS, needs, run, write
 from tests.alloc.c.test_packages import do
+from tests.compilers import WARNINGS, needs, run, write
 
 USER = f"""\
 cmake_minimum_required(VERSION 3.10)

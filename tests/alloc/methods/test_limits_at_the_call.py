@@ -13,6 +13,7 @@ from alloc.methods import recipe
 from alloc.program import values
 from alloc.reach.edge import start
 from tests.not_asked import not_asked
+from tests.vehicles import made_up
 
 N = 10
 WITHOUT_THRUST = (Status.INFEASIBLE, Status.NOT_CONVERGED)
@@ -209,16 +210,8 @@ def test_a_thruster_that_rounding_leaves_at_its_start_takes_no_more_of_an_answer
         [0, 0.1, 0, 0, 1, 1, 0.9],
         [0.2, -0.22, -0.3, 0.25, 0, -0.02, 0.3],
     ]
-    seven = Vehicle(
-        name="seven",
-        dof=("surge", "sway", "heave", "yaw"),
-        T=np.array(T),
-        H=np.diag([1, 1, 1, 1.5, 1, 2, 0.3]),
-        f_min=np.array(ends[0], dtype=float),
-        f_max=np.array(ends[1], dtype=float),
-        readiness=np.ones(7),
-        slack_weights=np.ones(4),
-    )
+    dof, H = ("surge", "sway", "heave", "yaw"), np.diag([1, 1, 1, 1.5, 1, 2, 0.3])
+    seven = made_up(T, *ends, dof=dof, H=H)
     tau = np.array([33.31743452, 0.32087367, 5.96828316, -14.70023574], dtype=np.float32)
     low = [-8.63474369, 24.28817558, -7.8133359, -19.04542351, 0, -0.69354755, -4.44737864]
     high = [14.88860703, 24.28817558, 7.63542747, -2.89648724, 14.56788826, 14.890172, -1.35517561]

@@ -1,29 +1,15 @@
 """Methods with limits on vehicles made up for one difficulty each."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from numpy.typing import ArrayLike
 
-from alloc import Status, Vehicle, build
+from alloc import Status, build
 from alloc.methods import recipe
 from alloc.nullspace.structure import decompose
 from alloc.program import evaluate
+from tests.vehicles import made_up
 
-
-def made_up(T: ArrayLike, f_min: ArrayLike, f_max: ArrayLike, readiness: ArrayLike | None = None) -> Vehicle:
-    k, n = np.shape(T)
-    return Vehicle(
-        name="made-up",
-        dof=("surge", "sway", "yaw")[:k],
-        T=np.array(T),
-        H=np.eye(n),
-        f_min=np.array(f_min),
-        f_max=np.array(f_max),
-        readiness=np.ones(n) if readiness is None else np.array(readiness),
-        slack_weights=np.ones(k),
-    )
+PLANE = ("surge", "sway", "yaw")
 
 
 @pytest.mark.parametrize(
@@ -34,7 +20,7 @@ def made_up(T: ArrayLike, f_min: ArrayLike, f_max: ArrayLike, readiness: ArrayLi
 def test_the_largest_demand_gets_an_answer_inside_the_limits_or_none(
     method: str, limit: float, size: float
 ) -> None:
-    whole = made_up([[1.0, 1.0, 0.0, 0.3], [0.0, 0.5, 1.0, 0.2]], np.full(4, -limit), np.full(4, limit))
+    whole = made_up([[1.0, 1.0, 0.0, 0.3], [0.0, 0.5, 1.0, 0.2]], -limit, limit)
     for vehicle in (whole, whole.with_fault(0).with_fault(1).with_fault(3)):
         allocate = build(method, vehicle)
         tau = np.array([size, -size])
@@ -61,7 +47,7 @@ def test_a_vehicle_made_with_readiness_zero_does_without_that_thruster(method: s
 def test_an_axis_that_thrusters_push_by_rounding_only_does_not_count(method: str) -> None:
     # cos 90 deg is 6e-17: a row of such entries, scaled to unit length, would count as an axis.
     T = [[6e-17, -3e-17, 1.2e-16, 5e-17], [1.0, 1.0, -1.0, 1.0], [0.5, -0.3, 0.2, -0.1]]
-    sideways = made_up(T, np.full(4, -10.0), np.full(4, 10.0))
+    sideways = made_up(T, -10.0, 10.0)
     assert sum(block.N.shape[1] for block in decompose(sideways).blocks) == sideways.nullity == 2
     allocate = build(method, sideways)
     status = Status.INFEASIBLE if method == "nullspace" else Status.PARTIAL
@@ -77,8 +63,8 @@ def test_axes_that_a_failure_makes_one_get_the_same_shares_from_c() -> None:
         T = rng.integers(-2, 3, (3, n)).astype(float)
         off = int(rng.integers(n))
         T[1], T[:2, off] = T[0], (1.0, -1.0)
-        levels = tuple((str(axis),) for axis in rng.permutation(("surge", "sway", "yaw")))
-        whole = replace(made_up(T, np.full(n, -50.0), np.full(n, 50.0)), priority=levels)
+        levels = tuple((str(axis),) for axis in rng.permutation(PLANE))
+        whole = made_up(T, -50.0, 50.0, dof=PLANE, priority=levels)
         if not np.delete(T, off, axis=1).any(axis=1).all():
             continue
         vehicle, asked = whole.with_fault(off), asked + 1
@@ -97,7 +83,8 @@ def test_last_bits_of_another_axis_take_nothing_where_no_thruster_reverses(
 ) -> None:
     """C gave none: all that thrusters which would have to reverse add up is as small as those bits."""
     T = [[1.0, 1.0, 1.0], [1.0, -1.0, 0.0], [0.0, 1.0, -1.0]]
-    vehicle = replace(made_up(T, np.zeros(3), np.full(3, 60.0)), priority=(("sway", "yaw"), ("surge",)))
+    levels = (("sway", "yaw"), ("surge",))
+    vehicle = made_up(T, 0.0, 60.0, dof=PLANE, priority=levels)
     taus = np.array([[120.0, 4e-15, -8e-16], [-4e-15, 0.0, 8e-16], [450.0, -4e-15, 0.0]])
     expected = [1.0, 1.0, 0.4]
     if made_in_c:

@@ -23,6 +23,7 @@ from alloc.reach import attainable, edge, zonotope
 from alloc.vehicle import degeneracy
 from bench.demands import build_demands
 from bench.demands.generated import edge_demands, made_by_few, numbered
+from tests.vehicles import made_up
 
 VEHICLES, DEMANDS = 100, 60
 OFF = 1e-9 + 1e-15
@@ -142,17 +143,7 @@ def test_a_thruster_that_hardly_pushes_across_a_facet_counts_for_what_it_does(wh
     A step by 2e-10 N to port for a newton ahead is made to 9e-14 / 2e-10 of what 1 can do; left out as
     rounding, the push made it a share of zero.
     """
-    vehicle = Vehicle(
-        name="hardly",
-        dof=("surge", "sway"),
-        T=np.array([[1.0, 1.0, 0.0], [0.0, 9e-14, -1.0]]),
-        H=np.eye(3),
-        f_min=np.array([-60.0, -60.0, 0.0]),
-        f_max=np.full(3, 60.0),
-        readiness=np.ones(3),
-        slack_weights=np.ones(2),
-        source="made up",
-    )
+    vehicle = made_up([[1.0, 1.0, 0.0], [0.0, 9e-14, -1.0]], [-60.0, -60.0, 0.0], 60.0)
     tau = np.array([60.0, 60.0 * 2e-10])
     if where in ("Python", "library"):
         share = build("scaled" if where == "Python" else "scaled@library", vehicle)(tau).share[0]

@@ -10,6 +10,7 @@ from alloc.c import Target
 from alloc.methods import recipe, recipes
 from alloc.program import Builder, Program, Where, at_fault, evaluate, least, most, size, states
 from bench.demands.generated import vehicle_of
+from tests.vehicles import made_up
 
 UKWIAL = load_vehicle("ukwial")
 TOGETHER = [name for name, each in recipes().items() if each.make_for_all and name != "redistribute"]
@@ -124,20 +125,9 @@ def test_thrusters_that_do_not_reverse_take_nothing_of_a_demand_by_rounding(
     levels: list[list[str]],
 ) -> None:
     """The first C's shares differed from f by a sixth, the second's were zero where all can be had."""
-    k, n = np.shape(T)
-    vehicle = Vehicle(
-        name="one-way",
-        dof=("surge", "sway", "heave", "roll", "pitch")[:k],
-        T=np.array(T, dtype=float),
-        H=np.eye(n),
-        f_min=np.array(f_min, dtype=float),
-        f_max=np.array(f_max, dtype=float),
-        readiness=np.ones(n),
-        slack_weights=np.ones(k),
-        priority=tuple(map(tuple, levels)),
-    )
+    vehicle = made_up(T, f_min, f_max, priority=tuple(map(tuple, levels)))
     state, rng = vehicle.with_fault(fault), np.random.default_rng(0)
-    corners = np.where(rng.random((400, n)) < 0.5, state.f_min, state.f_max)
+    corners = np.where(rng.random((400, vehicle.n)) < 0.5, state.f_min, state.f_max)
     taus = corners @ state.TP.T * rng.choice([0.3, 0.999, 1.3, 2.5], (400, 1))
     taus[rng.random(taus.shape) < 0.1] = 0.0
     program = at_fault(recipe(method).program_for_all(vehicle, "fixed", "double"), fault)
@@ -147,16 +137,7 @@ def test_thrusters_that_do_not_reverse_take_nothing_of_a_demand_by_rounding(
 
 @pytest.mark.parametrize("method", [*TOGETHER, "redistribute"])
 def test_a_vehicle_with_one_thruster_has_no_fault_to_answer_together(method: str) -> None:
-    alone = Vehicle(
-        name="alone",
-        dof=("surge",),
-        T=np.ones((1, 1)),
-        H=np.eye(1),
-        f_min=np.array([-5.0]),
-        f_max=np.array([5.0]),
-        readiness=np.ones(1),
-        slack_weights=np.ones(1),
-    )
+    alone = made_up([[1.0]])
     assert recipe(method).program_for_all(alone, "fixed", "double").faults in ((), (-1,))
 
 

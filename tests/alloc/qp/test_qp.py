@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from alloc import Status, Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.qp import pose_hard, pose_soft
+from tests.vehicles import made_up
 
 ROUNDING = 1e-12
 """Products of matrices with condition below 1e3 on numbers scaled to 1."""
@@ -21,16 +22,9 @@ def random_vehicle(seed: int, k: int = 3, n: int = 5) -> Vehicle:
     root = rng.normal(size=(n, n))
     f_max = rng.uniform(1, 500, n)
     f_min = -f_max * rng.choice([0.0, 0.6, 1.0], n)  # 0: thrusters that push one way only
-    return Vehicle(
-        name=f"random-{seed}",
-        dof=("surge", "sway", "heave", "roll", "pitch", "yaw")[:k],
-        T=rng.normal(size=(k, n)) * rng.uniform(0.05, 2, (k, 1)),
-        H=root @ root.T + np.eye(n),
-        f_min=f_min,
-        f_max=f_max,
-        readiness=np.ones(n),
-        slack_weights=rng.uniform(100, 5000, k),
-    )
+    T = rng.normal(size=(k, n)) * rng.uniform(0.05, 2, (k, 1))
+    H, weights = root @ root.T + np.eye(n), rng.uniform(100, 5000, k)
+    return made_up(T, f_min, f_max, name=f"random-{seed}", H=H, slack_weights=weights)
 
 
 def cases() -> list[Vehicle]:

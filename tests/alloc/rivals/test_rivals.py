@@ -25,6 +25,7 @@ from alloc.qp import pose_hard
 from alloc.rivals import Files, download, load, names, wrapper
 from alloc.rivals.bind import bound, library
 from alloc.rivals.c import single
+from tests.vehicles import made_up
 
 UNTOUCHED = 12345.0
 FULL_AHEAD = np.array([250.0, 250.0, -250.0, -250.0])
@@ -128,16 +129,9 @@ def test_every_rival_finds_the_optimum_where_efforts_differ_and_belong_together(
         pytest.skip(reason)
     rng = np.random.default_rng(16)
     made = rng.standard_normal((5, 5))
-    vehicle = Vehicle(
-        name="five",
-        dof=("surge", "sway", "yaw"),
-        T=rng.standard_normal((3, 5)),
-        H=np.diag([1.0, 2.0, 3.0, 4.0, 5.0]) + 0.1 * made @ made.T,
-        f_min=np.array([-1.0, -2.0, -3.0, -1.0, -2.0]),
-        f_max=np.array([2.0, 1.0, 2.0, 3.0, 1.0]),
-        readiness=np.ones(5),
-        slack_weights=np.ones(3),
-    )
+    H = np.diag([1.0, 2.0, 3.0, 4.0, 5.0]) + 0.1 * made @ made.T
+    ends = [-1.0, -2.0, -3.0, -1.0, -2.0], [2.0, 1.0, 2.0, 3.0, 1.0]
+    vehicle = made_up(rng.standard_normal((3, 5)), *ends, H=H)
     taus = 0.8 * rng.uniform(vehicle.f_min, vehicle.f_max, (30, 5)) @ vehicle.TP.T
     exact, right = build("nullspace", vehicle).many(taus)
     allocate = bound(name, vehicle)

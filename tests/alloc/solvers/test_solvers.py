@@ -15,6 +15,7 @@ from alloc.qp.certificate import certify_many
 from alloc.reach.attainable import alpha_range
 from bench.demands.generated import asked, inside, vehicle_of
 from bench.demands.sets.jolts import within
+from tests.vehicles import made_up
 
 VEHICLE = load_vehicle("ukwial")
 OFFERS = [
@@ -355,18 +356,7 @@ def test_proxqp_warm_calls_no_attainable_demand_infeasible() -> None:
 
 @pytest.mark.parametrize("start", ["cold", "reused", "warm"])
 def test_daqp_takes_thrusters_whose_limits_leave_them_one_thrust(start: str) -> None:
-    eye, low, high = np.eye(2), np.array([-1.0, 1.0]), np.array([2.0, 1.0])
-    vehicle = Vehicle(
-        name="stuck",
-        dof=("surge", "sway"),
-        T=eye,
-        H=eye,
-        f_min=low,
-        f_max=high,
-        readiness=np.ones(2),
-        slack_weights=np.ones(2),
-    )
-    allocate = build("qp/daqp", vehicle, start=start)
+    allocate = build("qp/daqp", made_up(np.eye(2), [-1.0, 1.0], [2.0, 1.0]), start=start)
     for _ in range(2):
         solved = allocate([0.5, 1.0])
         assert solved.status is Status.SOLVED

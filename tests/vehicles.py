@@ -1,0 +1,20 @@
+"""Vehicles that tests make up from a few numbers."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from alloc import Vehicle
+
+AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+
+
+def made_up(T: ArrayLike, f_min: ArrayLike = -100.0, f_max: ArrayLike = 100.0, **others: Any) -> Vehicle:
+    """Vehicle with that T (k, n) and limits (n,) or for all [N]; what is not given is one or the identity."""
+    matrix = np.array(T, dtype=float)
+    k, n = matrix.shape
+    low, high = (np.broadcast_to(np.asarray(side, dtype=float), n).copy() for side in (f_min, f_max))
+    usual = {"name": "made-up", "dof": AXES[:k], "H": np.eye(n), "readiness": np.ones(n)}
+    fields: dict[str, Any] = usual | {"slack_weights": np.ones(k)} | others
+    return Vehicle(T=matrix, f_min=low, f_max=high, **fields)
