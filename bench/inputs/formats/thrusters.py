@@ -6,7 +6,7 @@ DukeRobotics/robosub-ros @0f782a0, whose thrust is along x of the rotated frame)
 the order of a quaternion or the unit of angles, is refused where its numbers do not tell.
 """
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from math import hypot
 from pathlib import Path
 from typing import Any
@@ -31,6 +31,7 @@ QUATERNIONS = {
     f"{name}{order}": order[1:] for name in ("quaternion", "quat") for order in ("", "_xyzw", "_wxyz")
 }
 """Keys of quaternions, and the order of their numbers; empty where the key does not say it."""
+ROTATIONS = ("roll", "pitch", "yaw")
 DIRECTIONS = (*AXES, *ANGLES, *QUATERNIONS, "orientation")
 TURNED = ("flipped", "inverted", "reversed", "invert", "reverse")
 """Flags that turn an axis in one program, and a driver's command in another."""
@@ -131,8 +132,8 @@ def _only(tree: YamlTree, where: str, entry: Mapping[str, Any], keys: Collection
     return found[0]
 
 
-def _vector(tree: YamlTree, where: str, value: Any, letters: str) -> Numbers:
-    """As many numbers as letters, given as a list or by these as keys; raises VehicleError."""
+def _vector(tree: YamlTree, where: str, value: Any, letters: Sequence[str]) -> Numbers:
+    """As many numbers as letters, or names, given as a list or by these as keys; raises VehicleError."""
     if isinstance(value, dict):
         if set(value) != set(letters):
             raise mismatch(tree, where, listed(list(value)) or "no keys", ", ".join(letters))
@@ -146,29 +147,21 @@ def _vector(tree: YamlTree, where: str, value: Any, letters: str) -> Numbers:
 def _directions(tree: YamlTree, way: str, given: Mapping[str, Any]) -> tuple[list[Numbers], str]:
     """Unit vectors (n, 3), and a sentence on what they were made of; raises VehicleError."""
     maps = {frozenset(value) if isinstance(value, dict) else None for value in given.values()}
-    if way in ANGLES or maps == {frozenset(("roll", "pitch", "yaw"))}:
-        angles = [
-            _vector(tree, where, [value[k] for k in ("roll", "pitch", "yaw") if k in value], "rpy")
-            if isinstance(value, dict)
-            else _vector(tree, where, value, "rpy")
-            for where, value in given.items()
-        ]
+    if way in ANGLES or maps == {frozenset(ROTATIONS)}:
+        angles = [_vector(tree, where, value, ROTATIONS) for where, value in given.items()]
         unit = _unit(tree, way, angles)
         turns = np.radians(angles) if unit == "degrees" else [[exact_angle(a) for a in row] for row in angles]
         return _x_axes(Rotation.from_euler("xyz", turns)), (
             f"{way} is roll, pitch, yaw in {unit} about fixed axes; thrust is along x of the rotated frame."
         )
     if way in QUATERNIONS or maps == {frozenset("xyzw")}:
-        order = QUATERNIONS.get(way, "")
+        order = QUATERNIONS.get(way, "") or "xyzw"
         for where, value in given.items():
-            if not order and not isinstance(value, dict):
+            if not QUATERNIONS.get(way) and not isinstance(value, dict):
                 remedy = "give x, y, z, w as keys, or call it quaternion_xyzw or quaternion_wxyz"
                 raise mismatch(tree, where, "numbers in no stated order", "keys", remedy)
-        quaternions = [
-            dict(zip(order or "xyzw", _vector(tree, where, value, order or "xyzw"), strict=True))
-            for where, value in given.items()
-        ]
-        rows = [[q[letter] for letter in "xyzw"] for q in quaternions]
+        quaternions = [_vector(tree, where, value, order) for where, value in given.items()]
+        rows = [[quaternion[order.index(letter)] for letter in "xyzw"] for quaternion in quaternions]
         for where, row in zip(given, rows, strict=True):
             if abs(hypot(*row) - 1) > 1e-2:
                 raise mismatch(tree, where, f"length {hypot(*row):g}", "1")

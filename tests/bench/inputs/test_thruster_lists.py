@@ -90,7 +90,7 @@ def test_millimetres_bounds_and_a_frame_are_taken_as_the_file_says_them(tmp_path
         (listing("rpy", RPY.tolist()).replace("name: t3, pos", "name: t3, at"), "line 5: thrusters[3]: got no position, expected one of"),
         (listing("rpy", RPY.tolist()).replace("0.2,", "200,"), "pos: got up to 200, expected m; if that is mm"),
         (listing("direction", (0 * DIRECTIONS).tolist()), "got 0, 0, 0, expected a direction x, y, z"),
-        (listing("rpy", RPY.tolist()).replace("0, 45]", "45]"), "thrusters[1].rpy: got 2 numbers, expected r, p, y"),
+        (listing("rpy", RPY.tolist()).replace("0, 45]", "45]"), "thrusters[1].rpy: got 2 numbers, expected roll, pitch, yaw"),
         (listing("quat_xyzw", (2 * np.array(QUATERNIONS)).tolist()), "got length 2, expected 1"),
         (listing("rpy", RPY.tolist(), head="a:\n") + listing("rpy", RPY.tolist(), head="b:\n"), "a, b have positions and directions"),
     ],
