@@ -1,6 +1,6 @@
 """Every method over random vehicles: ``python docs/studies/campaign.py FILE --vehicles 10000``.
 
-Each vehicle has something odd (``odd_vehicles``), in every fourth a thruster is off, and its demands lie
+Each vehicle has something odd (``odd_vehicle``), in every fourth a thruster is off, and its demands lie
 inside, on the edge of and beyond what it can do, within its own limits or within others. Of every answer is
 asked: is SOLVED met inside the limits, is INFEASIBLE true, did nothing raise or warn, is SOLVED as near to
 the exact optimum as promised, do shares say what thrusts make, and have calls the status that ``many`` has?
