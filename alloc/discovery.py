@@ -13,8 +13,7 @@ from alloc.allocation import Allocator
 from alloc.errors import NotInstalled, PluginError, UnknownName, unknown
 from alloc.files.modules import check_for, modules
 from alloc.formulations import Family, find_formulation, nearly
-from alloc.live.declared import check_declared
-from alloc.live.plain import ANY_DISTANCE, EXACT, Plain
+from alloc.live.plain import ANY_DISTANCE, EXACT, Plain, check_declared
 from alloc.vehicle import Vehicle
 
 if TYPE_CHECKING:  # What makes C is a third of all modules, and most programs make none.

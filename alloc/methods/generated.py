@@ -6,7 +6,7 @@ from alloc.c.compiled import missing
 from alloc.formulations import Family
 from alloc.formulations.hard import FORMULATION as HARD
 from alloc.methods import Variant
-from alloc.rivals.bind import bound
+from alloc.rivals.wrapper import bound
 from alloc.solvers import Level
 from alloc.vehicle import Vehicle
 

@@ -4,12 +4,17 @@ It does in C what ``alloc.live`` does in Python. What it costs is part of what a
 """
 
 from importlib import resources
+from pathlib import Path
 from typing import NamedTuple
 
 from alloc import solvers
+from alloc.allocation import Allocator
+from alloc.c.bind import native
+from alloc.c.compiled import shared_library
 from alloc.c.target import function_name
 from alloc.c.text import digits
 from alloc.errors import NotApplicable, NotInstalled
+from alloc.formulations.hard import FORMULATION as HARD
 from alloc.kernels.tolerance import MET_BY_SOLVERS, TOLERANCE
 from alloc.live.allocator import PARTIAL_TOLERANCE, UNREACHABLE
 from alloc.program import Scalar, Where
@@ -20,6 +25,7 @@ from alloc.rivals import load
 from alloc.rivals.c import array, indices
 from alloc.solvers import Level
 from alloc.vehicle import Vehicle
+from alloc.vehicle.condition import promised
 
 DOUBT: dict[Scalar, float] = {"double": 1e-13, "float": 2e-6}
 """Share of the terms in a proof of infeasibility that rounding may have made [-]."""
@@ -115,3 +121,48 @@ def _tables(vehicle: Vehicle, posed: Posed, entry: str, scalar: Scalar, limits: 
     arrays |= {"T": T, "per_axis": per_axis, "A": posed.qp.A}
     lines += [array(name, values, scalar) for name, values in arrays.items() if values.size]
     return "\n".join([*lines, indices("working", posed.working), ""])
+
+
+def bound(solver: str, vehicle: Vehicle, level: Level | None = None) -> Allocator:
+    """A solver's C in double precision as an allocator; raises NotApplicable or NotInstalled.
+
+    Each call begins from the same state, so the same demand gets the same answer. Without a level it is the
+    most accurate one.
+    """
+    tolerances = load(solver).TOLERANCE
+    level = level or list(tolerances)[-1]
+    return native(
+        library(solver, vehicle, level),
+        ("answer_fixed", "answer_call"),
+        vehicle,
+        formulation=HARD.name,
+        limited=HARD.limited,
+        tolerance=promised(vehicle, tolerances[level]["double"]),
+        state=True,
+    )
+
+
+def library(solver: str, vehicle: Vehicle, level: Level = "default") -> Path:
+    """A solver's C in double precision, compiled: ``answer_fixed`` and ``answer_call`` answer."""
+    forms: tuple[Where, ...] = ("fixed", "call")
+    fixed, call = (rival(solver, vehicle, "double", limits, level=level) for limits in forms)
+    entries = _ENTRIES.format(
+        declared=f"{fixed.declaration}\n{call.declaration}", fixed=fixed.entry, call=call.entry
+    )
+    return shared_library(solver, {**fixed.own, **call.own, "entries.c": entries}, shared=fixed.shared)
+
+
+_ENTRIES = """\
+{declared}
+int answer_fixed(const double *tau, int fault, double *f)
+{{
+    (void)fault;
+    return {fixed}(tau, f);
+}}
+int answer_call(const double *tau, const double *f_min, const double *f_max, int fault, double *f)
+{{
+    (void)fault;
+    return {call}(tau, f_min, f_max, f);
+}}
+"""
+"""Kernels of this project are told which thruster is off; a solver's C is made for one fault."""

@@ -26,8 +26,7 @@ def command(ctx: click.Context, scheduler: str, out: Path, limit: float, options
     from rich.console import Console
 
     from bench.fleet.cluster import cluster, wait_for_workers
-    from bench.fleet.lead import folders, hosts, keep, run_fleet
-    from bench.fleet.parcel import pack
+    from bench.fleet.lead import folders, hosts, keep, pack, run_fleet
     from bench.record import read
     from bench.report import render
     from bench.report.terminal import KEPT, objections, tell

@@ -31,9 +31,9 @@ def command(
     from bench.layouts.compile import compile_study
     from bench.layouts.measure import numbers
     from bench.layouts.report import render_study
-    from bench.layouts.run import bar, check_constraints, check_folder, number_of, run_study
+    from bench.layouts.run import bar, check_constraints, check_folder, count_layouts, run_study
     from bench.layouts.shards import check_installed, compute, source_digest
-    from bench.layouts.spaces import layout_of
+    from bench.layouts.spaces import single_layout
     from bench.layouts.study import read_study
     from bench.report.terminal import tell
 
@@ -42,7 +42,7 @@ def command(
     check_installed()
     document = read_study(study)
     space, base = compile_study(document)
-    count = number_of(document, space, n)
+    count = count_layouts(document, space, n)
     check_constraints(space, document.keys, count)
     check_folder(out, space, document.keys, count, resume=resume)
     console = Console()
@@ -62,5 +62,5 @@ def command(
                 resume=resume,
                 watch=watch,
             )
-    own = numbers(layout_of(base), space.dof, space.taus, space.scale, space.volume)[1]
+    own = numbers(single_layout(base), space.dof, space.taus, space.scale, space.volume)[1]
     tell(console, f"Report: {render_study(space, own, out)}")

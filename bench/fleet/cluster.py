@@ -88,7 +88,7 @@ def threads(client: "Client") -> int:
     return sum(client.nthreads().values())
 
 
-def workers_of(client: "Client") -> dict[str, dict[str, Any]]:
+def list_workers(client: "Client") -> dict[str, dict[str, Any]]:
     """Workers known to the scheduler, by their addresses.
 
     The scheduler itself is asked: ``scheduler_info`` may give what a refresh in the background left, which

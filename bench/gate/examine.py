@@ -28,7 +28,15 @@ from bench.gate.answers import (
     wrong,
 )
 from bench.gate.questions import MIXED, NEARLY, demand_sets, nearly_symmetric, nobody, timed_demands
-from bench.gate.record import CONTROL, CONTROL_DEMANDS, DEFAULT_CELLS, GateCell, chosen, controls, unmatched
+from bench.gate.record import (
+    CONTROL,
+    CONTROL_DEMANDS,
+    DEFAULT_CELLS,
+    GateCell,
+    controls,
+    matching_cells,
+    unmatched,
+)
 from bench.gate.side import Died, Prober, Refused
 from bench.gate.worker import unpacked
 from bench.judging.question import Answers, Question, Unanswered, questions
@@ -61,11 +69,13 @@ def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
 
     Raises UnknownName if the patterns choose none.
     """
-    of_base = {cell.name: cell for cell in chosen(base.cells, patterns)}
-    of_head = {cell.name: cell for cell in chosen(head.cells, patterns)}
+    of_base = {cell.name: cell for cell in matching_cells(base.cells, patterns)}
+    of_head = {cell.name: cell for cell in matching_cells(head.cells, patterns)}
     there = [*base.cells, *head.cells]
     for pattern in patterns:
-        if not chosen(there, [pattern]) and (pattern not in DEFAULT_CELLS or not (of_base or of_head)):
+        if not matching_cells(there, [pattern]) and (
+            pattern not in DEFAULT_CELLS or not (of_base or of_head)
+        ):
             raise UnknownName(unmatched(there, pattern))
     examined = Examined(controls(), {CONTROL: CONTROL_DEMANDS}, [])
     by_vehicle: dict[str, list[GateCell]] = {}
@@ -87,9 +97,9 @@ def _of_vehicle(
     """Judge a vehicle's cells, all of which head has, and put them to what is examined."""
     base, head = sides
     known = any(name == vehicle for vehicle, *_ in base.cells)
-    before = vehicle_of(base, name) if known else None
+    before = side_vehicle(base, name) if known else None
     try:
-        now = vehicle_of(head, name)
+        now = side_vehicle(head, name)
     except Refused as reason:  # base loaded the vehicle just now, or never had it: head's file is broken
         for cell in cells:
             fails(cell, str(reason))
@@ -119,7 +129,7 @@ def _why_not(side: Prober, name: str, method: str) -> str:
     return side.not_loaded.get(method, f"{name} has no such method, vehicle or start")
 
 
-def vehicle_of(side: Prober, name: str) -> Vehicle:
+def side_vehicle(side: Prober, name: str) -> Vehicle:
     """The vehicle of that name as a side has it."""
     numbers = side.ask("vehicle", name=name)
     arrays: dict[str, Any] = {key: np.array(numbers[key]) for key in ARRAYS}
@@ -225,7 +235,7 @@ def judge_new(cell: GateCell, head: Prober, asked: Sequence[Question]) -> tuple[
             break
     else:
         forms = wrong_forms(head, cell, asked[0].demands, whole.promises)
-        if what := _answers_otherwise(head, cell, asked[0], whole) or one_of(forms):
+        if what := _answers_otherwise(head, cell, asked[0], whole) or first_error(forms):
             fails(cell, what)
     return [*_solved(cell, asked[0], whole), *_slow(cell, fewest)], False
 
@@ -292,7 +302,7 @@ def _note_forms(
     for form, what in head.items():
         if what:
             cell.note(base.get(form, ""), f"{form}: {what}")
-    cell.base_wrong = cell.base_wrong or one_of(base)
+    cell.base_wrong = cell.base_wrong or first_error(base)
 
 
 def _answers_otherwise(side: Prober, cell: GateCell, question: Question, before: SideAnswers) -> str:
@@ -325,7 +335,7 @@ def _at_once(
             raise
 
 
-def one_of(forms: Mapping[str, str]) -> str:
+def first_error(forms: Mapping[str, str]) -> str:
     """The first form that is wrong, and how; empty where none is."""
     return next((f"{form}: {what}" for form, what in forms.items() if what), "")
 

@@ -142,7 +142,7 @@ Demands = Mapping[str, list[list[float]]]
 CONTROL_DEMANDS: list[list[float]] = np.linspace(-1.0, 1.0, 180).reshape(30, 6).tolist()
 
 
-def chosen(cells: Sequence[Sequence[str]], patterns: Sequence[str]) -> list[GateCell]:
+def matching_cells(cells: Sequence[Sequence[str]], patterns: Sequence[str]) -> list[GateCell]:
     """The cells whose name ``vehicle:method:start`` fits a shell pattern; the start may be left out."""
     named = [GateCell(vehicle=vehicle, method=method, start=start) for vehicle, method, start in cells]
     either = [pattern for each in patterns for pattern in (each, f"{each}:*")]
@@ -152,11 +152,11 @@ def chosen(cells: Sequence[Sequence[str]], patterns: Sequence[str]) -> list[Gate
 def unmatched(cells: Sequence[Sequence[str]], pattern: str) -> str:
     """The refusal of a pattern that fits no cell, with cells of its method, else like it, or all."""
     vehicle, method, *_ = *pattern.split(":"), ""
-    names = list(dict.fromkeys(cell.name for cell in chosen(cells, ["*"])))
+    names = list(dict.fromkeys(cell.name for cell in matching_cells(cells, ["*"])))
     of_method = [f"{vehicle}:{method or '*'}", f"*:{method or vehicle}"]
-    fitting = ([cell.name for cell in chosen(cells, [asked])] for asked in of_method)
+    fitting = ([cell.name for cell in matching_cells(cells, [asked])] for asked in of_method)
     close = get_close_matches(pattern, names, n=3, cutoff=0.8)
-    of_vehicle = [cell.name for cell in chosen(cells, [f"{vehicle}:*"])]
+    of_vehicle = [cell.name for cell in matching_cells(cells, [f"{vehicle}:*"])]
     near = list(dict.fromkeys(next(filter(None, (*fitting, close, of_vehicle, names)), ["none"])))
     more = f" and {len(near) - NEAR} more" if len(near) > NEAR else ""
     return f"no cell of either side fits {pattern}; there are {', '.join(near[:NEAR])}{more}"

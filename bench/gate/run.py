@@ -17,7 +17,7 @@ from bench.gate.examine import examine
 from bench.gate.record import DEFAULT_CELLS, Demands, GateCell, GateRecord, GateSettings
 from bench.gate.side import Died, Prober, Refused, Side
 from bench.gate.trees import BASE, HEAD, BadTree, Source, SourceTree
-from bench.gate.verdict import Outcome, has_moved, in_both, is_suspect, row, trips, verdict
+from bench.gate.verdict import Outcome, in_both, is_disturbed, is_suspect, row, trips, verdict
 from bench.harness import machine
 from bench.harness.timing import CALLGRIND, instruction_totals
 from bench.results.text import plural
@@ -309,7 +309,7 @@ def _time(
     calibrate(cells, both[0], demands, settings)
     done = measure(cells, both, demands, settings, rng, deadline)
     for _ in range(ATTEMPTS - 1):
-        if not done or not any(cell.is_control and has_moved(row(cell, settings)) for cell in cells):
+        if not done or not any(cell.is_control and is_disturbed(row(cell, settings)) for cell in cells):
             break
         tell("time from the start: the machine moved, as cells tell that no commit can change")
         for cell in cells:

@@ -147,7 +147,7 @@ def verdict(record: GateRecord) -> Verdict:
     improvements = [r for r in rows if is_faster(r)]
 
     ended = partial(Verdict, findings=lost + wrong + heavier + slower, improvements=improvements, rows=rows)
-    moved = [r for cell in timed if cell.is_control and has_moved(r := row(cell, record.settings))]
+    moved = [r for cell in timed if cell.is_control and is_disturbed(r := row(cell, record.settings))]
     if lost or wrong:
         turned = any(cell.turned_wrong for cell in answering)
         kind = "cells are gone" if lost else "answers are wrong" if turned else "other answers"
@@ -202,7 +202,7 @@ def is_faster(r: Standing) -> bool:
     return r.ratio.value < 1 / r.threshold and r.ratio.upper < 1 / CERTAIN
 
 
-def has_moved(r: Standing) -> bool:
+def is_disturbed(r: Standing) -> bool:
     """True if a control cell's time shows that the two sides were not measured alike."""
     return r.ratio.value > 1 + CONTROL_DRIFT or r.ratio.value < 1 / (1 + CONTROL_DRIFT)
 

@@ -82,7 +82,7 @@ def core() -> int | None:
 
 
 @contextmanager
-def set_aside() -> Iterator[None]:
+def reserve_core() -> Iterator[None]:
     """Keep every thread of this process off ``core()`` inside the block, where there is another core."""
     taken = core()
     if taken is None:

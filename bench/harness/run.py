@@ -128,7 +128,7 @@ def run(
         state = RunState(settings=settings, writer=writer, watch=watch, began=began)
         state.event("began" if old is None else "resumed")
         try:
-            with machine.set_aside():
+            with machine.reserve_core():
                 known = old or Record(header=first)
                 prepare(state, known, inputs, folder)
                 planned = groups(settings, inputs.contenders, state.files, state.sequences)

@@ -59,7 +59,7 @@ ROUGHLY = 1e-3
 """How far answers may lie apart where no distance is promised, relative to the largest limit [-]."""
 
 
-def answers_of(allocator: Allocator, case: Case, *, brought: bool) -> tuple[FloatArray, StatusArray]:
+def answer_case(allocator: Allocator, case: Case, *, brought: bool) -> tuple[FloatArray, StatusArray]:
     """Thrusts (N, n) [N] and statuses (N,) by ``many``, or by calls where an allocator has no such function.
 
     ``brought`` says that the method is a user's: then ``many`` is held against single calls, since what is
@@ -182,13 +182,13 @@ def main() -> None:
             os._exit(0)  # memory that leaked would fail the next task too; the parent starts a new process
         except (Exception, SystemExit) as error:
             one_line = " ".join(str(error).split())
-            place = line_of(error, job.plugin)
+            place = failing_line(error, job.plugin)
             send(Failed(number, "failed", f"{place}{type(error).__name__}: {one_line}"[:300]))
     line.peak_rss_bytes = peak_rss_bytes()
     send(line)
 
 
-def line_of(error: BaseException, plugin: str | None) -> str:
+def failing_line(error: BaseException, plugin: str | None) -> str:
     """``line 12: ``, where the plug-in's own code was when it went wrong; empty elsewhere."""
     frames = [f for f in traceback.extract_tb(error.__traceback__) if plugin and f.filename == plugin]
     return f"line {frames[-1].lineno}: " if frames else ""
@@ -207,14 +207,14 @@ def do(task: Task, number: int, job: Job, line: Worker) -> Message:
             from bench.harness.lines import method_line
 
             try:
-                entry = entry_of(job.method, job.plugin)
+                entry = find_entry(job.method, job.plugin)
             except UnknownName as error:  # the file is no plug-in, which ends the run
                 return Failed(number, "refused", str(error))
             return Described(method_line(entry), entry.starts, entry.levels)
 
 
 @cache
-def entry_of(method: str, plugin: str | None) -> Entry:
+def find_entry(method: str, plugin: str | None) -> Entry:
     """The entry of a job's method, imported once."""
     return load_plugin(Path(plugin)) if plugin else find(method)
 
@@ -234,10 +234,10 @@ def settle(job: Job) -> None:
 
 
 def write_answers(task: AnswerTask, job: Job) -> None:
-    """Answer a case and write thrusts and statuses; raises what ``answers_of`` does."""
+    """Answer a case and write thrusts and statuses; raises what ``answer_case`` does."""
     case = load_case(Path(task.case))
     allocator = prepared(job, case.vehicle)
-    F, status = answers_of(allocator, case, brought=job.plugin is not None)
+    F, status = answer_case(allocator, case, brought=job.plugin is not None)
     promises = {name: np.array(value) for name, value in promised(allocator).items()}
     save(Path(task.answers), F=F, status=status, **promises)
 
@@ -246,7 +246,7 @@ def measure(task: MeasureTask, question: Question, job: Job, line: Worker) -> Ce
     """Set a method up, time its calls on a question, and judge its answers."""
     # A vehicle of its own: a method that writes into it must not change what it is judged by.
     given = Question.load(Path(task.question)).demands.vehicle
-    allocator, setup_ns = set_up(lambda: callable_of(job, given))
+    allocator, setup_ns = set_up(lambda: build_callable(job, given))
     if line.import_ns is None and len(setup_ns) > 1:  # the first build of a process imports the method
         line.import_ns = setup_ns[0] - min(setup_ns[1:])
         setup_ns = setup_ns[1:]
@@ -292,10 +292,10 @@ def changed(given: list[FloatArray], asked: list[FloatArray]) -> bool:
 
 def prepared(job: Job, vehicle: Vehicle) -> Allocator:
     """The allocator of a job's method."""
-    return prepare(entry_of(job.method, job.plugin), vehicle, start=job.start, level=job.level)
+    return prepare(find_entry(job.method, job.plugin), vehicle, start=job.start, level=job.level)
 
 
-def callable_of(job: Job, vehicle: Vehicle) -> Any:
+def build_callable(job: Job, vehicle: Vehicle) -> Any:
     """The function whose calls are timed: a yardstick, or the allocator of a job's method."""
     return yardstick(job.method) if job.method in YARDSTICKS else prepared(job, vehicle)
 

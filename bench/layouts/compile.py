@@ -18,7 +18,7 @@ from bench.inputs.columns import parse_columns
 from bench.inputs.logs import LogOptions
 from bench.layouts.authority import volumes
 from bench.layouts.space import LayoutSpace, Moving, Parameter, Setting, reflections, turns
-from bench.layouts.spaces import layout_of, spaces
+from bench.layouts.spaces import single_layout, spaces
 from bench.layouts.study import Span, StudyDocument, Values, VariedGroup
 from bench.results.text import cut_note
 
@@ -132,7 +132,7 @@ def compile_study(document: StudyDocument) -> tuple[LayoutSpace, Vehicle]:
     if not parameters:
         raise document.refusal("groups", "nothing varies; give a list, or 'from' and 'to', of something")
     _check_number(document, groups, vehicle.k)
-    whole = layout_of(vehicle)
+    whole = single_layout(vehicle)
     demands = _demands(document, vehicle)
     space = LayoutSpace(
         name=vehicle.name,

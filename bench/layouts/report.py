@@ -14,7 +14,7 @@ from bench.inputs.demand_csv import format_demands
 from bench.layouts.authority import MOST_THRUSTERS
 from bench.layouts.measure import Columns
 from bench.layouts.run import SHARDS, LayoutError
-from bench.layouts.space import LayoutSpace, Parameter, base_order, numbers_of, poses
+from bench.layouts.space import LayoutSpace, Parameter, base_order, poses, thruster_counts
 from bench.layouts.summary import COMPARED, OUTCOMES, StudySummary, losses, spread, summarise
 from bench.report.document import document
 from bench.report.pictures.style import BLUE, GREY, SETTINGS, VERMILION, save
@@ -22,6 +22,7 @@ from bench.results.text import plain, table
 
 if TYPE_CHECKING:
     import pyarrow as pa
+    from matplotlib.figure import Figure
 
 
 def layout_name(space: LayoutSpace, row: dict[str, float]) -> str:
@@ -69,7 +70,7 @@ def vehicle_file(space: LayoutSpace, row: dict[str, float]) -> VehicleFile:
 
 def _names(space: LayoutSpace, settings: FloatArray) -> list[str]:
     """The thrusters' names: those of the base, and none for new ones."""
-    counts = [int(count) for (count,) in numbers_of(space, settings)]
+    counts = [int(count) for (count,) in thruster_counts(space, settings)]
     names: list[str] = []
     for group, count in zip(space.groups, counts, strict=True):
         names += group.called[:count] or [""] * count
@@ -87,10 +88,6 @@ def write_best(space: LayoutSpace, best: "pa.Table", folder: Path) -> list[Path]
         write_text(path, to_yaml(vehicle_file(space, row)))
         paths.append(path)
     return paths
-
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 def draw_front(said: StudySummary, base: tuple[float, float], name: str) -> "Figure":
@@ -129,9 +126,6 @@ def draw_matters(said: StudySummary, parameters: tuple[Parameter, ...]) -> "Figu
     figure.supxlabel("share of the variance explained alone [%]", fontsize=9)
     return figure
 
-
-if TYPE_CHECKING:
-    import pyarrow as pa
 
 BEST = 12
 """Vehicle files that are written, evenly along the front."""

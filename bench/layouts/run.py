@@ -53,7 +53,7 @@ class Done:
     kept: int
 
 
-def number_of(document: StudyDocument, space: LayoutSpace, n: int | None) -> int:
+def count_layouts(document: StudyDocument, space: LayoutSpace, n: int | None) -> int:
     """How many layouts a study has: ``n`` where it is given, else the file's, or all of a grid."""
     if document.keys.sampling == "sobol":
         return n or document.keys.n
@@ -123,7 +123,7 @@ def _rounds(
     for number in range(rounds + 1):
         done = _round(planned, shards, compute, done, watch)
         if number < rounds:
-            best = spread(front_of(shards), AROUND)
+            best = spread(pareto_front(shards), AROUND)
             if not best.num_rows:
                 break
             around = [
@@ -177,7 +177,7 @@ def check_constraints(space: LayoutSpace, keys: StudyFile, n: int) -> None:
     )
 
 
-def front_of(shards: Path) -> "pa.Table":
+def pareto_front(shards: Path) -> "pa.Table":
     """The Pareto front of all shards of a folder."""
     front = None
     for _, path in sorted(whole_shards(shards).items()):

@@ -20,6 +20,9 @@ from alloc.files.textfile import write_bytes
 from bench.layouts.measure import COUNTS, measure
 from bench.layouts.space import LayoutSpace
 
+if TYPE_CHECKING:
+    import pyarrow as pa
+
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3
 LARGEST_MMAP_THRESHOLD = 32 << 20
 """glibc's bound; larger arrays than this are still given back at once."""
@@ -117,9 +120,6 @@ def _sobol(parameters: int, task: ShardTask) -> FloatArray:
     drawn: FloatArray = sequence.random(SHARD)[: task.count]  # a whole power of 2, as the sequence wants
     return drawn
 
-
-if TYPE_CHECKING:
-    import pyarrow as pa
 
 NAME = re.compile(r"(\d+)-(\d+)-([0-9a-f]{16})\.parquet")
 """Round, piece, and the first digits of the SHA-256 of the file's bytes."""
@@ -221,7 +221,7 @@ class ShardFacts(NamedTuple):
     refused: dict[str, int]
 
 
-def facts_of(path: Path) -> ShardFacts:
+def shard_facts(path: Path) -> ShardFacts:
     """Facts about a shard besides its rows."""
     import pyarrow.parquet as pq
 

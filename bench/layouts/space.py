@@ -158,7 +158,7 @@ class PlacedThrusters:
         return Layouts(T=T, weights=self.weights, f_min=self.f_min, f_max=self.f_max)
 
 
-def numbers_of(space: LayoutSpace, values: FloatArray) -> list[IndexArray]:
+def thruster_counts(space: LayoutSpace, values: FloatArray) -> list[IndexArray]:
     """(B,) how many thrusters each group has in layouts with parameters ``values`` (P, B)."""
     return [
         np.where(space.values(group.present, values) > 0, space.values(group.count, values), 0).astype(int)
@@ -176,7 +176,7 @@ def base_order(groups: tuple[Moving, ...], counts: Sequence[int]) -> IndexArray:
 
 def poses(space: LayoutSpace, values: FloatArray) -> Iterator[PlacedThrusters]:
     """The thrusters of layouts with parameters ``values`` (P, B), those of equally built layouts together."""
-    built = numbers_of(space, values)
+    built = thruster_counts(space, values)
     counts, of = np.unique(np.array(built), axis=1, return_inverse=True)
     for i, numbers in enumerate(counts.T.tolist()):
         which = np.flatnonzero(of.ravel() == i)

@@ -194,7 +194,7 @@ def _empty(k: int, n: int) -> Spaces:
     )
 
 
-def layout_of(vehicle: Vehicle) -> Layouts:
+def single_layout(vehicle: Vehicle) -> Layouts:
     """A vehicle whose H is diagonal as one layout."""
     return Layouts(
         T=vehicle.TP[..., None],

@@ -10,7 +10,7 @@ import numpy as np
 
 from alloc.allocation import BoolArray, FloatArray
 from bench.layouts.measure import Columns
-from bench.layouts.shards import facts_of, read_shard, whole_shards
+from bench.layouts.shards import read_shard, shard_facts, whole_shards
 from bench.layouts.space import LayoutSpace, Parameter
 
 if TYPE_CHECKING:
@@ -64,9 +64,6 @@ def spread(front: "pa.Table", count: int) -> "pa.Table":
     places = np.unique(np.linspace(0, len(order) - 1, min(count, len(order))).round().astype(int))
     return front.take(order[places])
 
-
-if TYPE_CHECKING:
-    import pyarrow as pa
 
 OUTCOMES = ("authority", "authority_after_one", "any_direction_N", "closed_form_volume_share")
 """Numbers of a layout of which it is said what matters for them."""
@@ -163,7 +160,7 @@ def summarise(space: LayoutSpace, shards: Path, base: Columns) -> StudySummary:
     """Read all shards of a folder, one at a time."""
     said = StudySummary(bins=np.zeros((len(OUTCOMES), len(space.parameters), BINS, 3)))
     paths = [path for _, path in sorted(whole_shards(shards).items())]
-    facts = [facts_of(path) for path in paths]
+    facts = [shard_facts(path) for path in paths]
     said.asked = sum(fact.asked for fact in facts)
     stride = max(said.asked // DRAWN, 1)
     own = _losses_of(base)

@@ -23,8 +23,8 @@ from alloc.errors import NotInstalled
 from alloc.program import Scalar
 from alloc.qp import pose_hard
 from alloc.rivals import Files, download, load, names, wrapper
-from alloc.rivals.bind import bound, library
 from alloc.rivals.c import single
+from alloc.rivals.wrapper import bound, library
 from tests.vehicles import made_up
 
 UNTOUCHED = 12345.0

@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from alloc import AllocError
 from alloc.discovery import load_plugin
 from bench.commands.gate import command
-from bench.gate.record import chosen
+from bench.gate.record import matching_cells
 
 
 @pytest.mark.parametrize("name", ["my_pinv", "mine[1]"])
@@ -28,4 +28,4 @@ def test_a_plug_in_is_measured_under_its_methods_name(
     arguments = ["--base-path", str(tmp_path), "--head-path", str(tmp_path), "--plugin", str(plugin)]
     CliRunner().invoke(command, arguments)
     method = load_plugin(plugin).name
-    assert [cell.name for cell in chosen([["ukwial", method, "-"]], asked)] == [f"ukwial:{method}:-"]
+    assert [cell.name for cell in matching_cells([["ukwial", method, "-"]], asked)] == [f"ukwial:{method}:-"]

@@ -16,8 +16,7 @@ from alloc import AllocError
 from bench import load
 from bench.__main__ import cli
 from bench.fleet import lead
-from bench.fleet.lead import Host, HostRun, folders, hosts, keep, run_fleet, run_here
-from bench.fleet.parcel import pack, unpack
+from bench.fleet.lead import Host, HostRun, folders, hosts, keep, pack, run_fleet, run_here, unpack
 from bench.record import FILE_NAME
 from bench.record.file import PREVIOUS
 from bench.report.terminal import objections

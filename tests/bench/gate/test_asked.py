@@ -13,7 +13,7 @@ from alloc.nullspace.region import prepare
 from alloc.vehicle.model import ARRAYS
 from bench.demands import DemandSet, build_demands
 from bench.gate.answers import answered, first, wrong
-from bench.gate.examine import judge_cell, vehicle_of
+from bench.gate.examine import judge_cell, side_vehicle
 from bench.gate.questions import (
     AXES,
     EDGES,
@@ -127,7 +127,7 @@ def test_a_method_may_become_one_for_its_own_vehicle_alone(own: str, error: Exce
 def test_a_vehicle_is_what_the_side_s_own_file_says(name: str) -> None:
     """Its levels and groups too: without them each of their answers was wrong on both sides."""
     side = Whole(lambda allocate: allocate)
-    seen, own = vehicle_of(cast("Prober", side), name), load_vehicle(name)
+    seen, own = side_vehicle(cast("Prober", side), name), load_vehicle(name)
     assert (seen.dof, seen.priority, seen.groups) == (own.dof, own.priority, own.groups)
     for key in ARRAYS:
         np.testing.assert_array_equal(getattr(seen, key), getattr(own, key))

@@ -3,13 +3,13 @@
 import pytest
 
 from alloc.errors import UnknownName
-from bench.gate.record import among, chosen, unmatched
+from bench.gate.record import among, matching_cells, unmatched
 
 
 def test_patterns_choose_cells_with_and_without_the_start() -> None:
     cells = [["ukwial", "pinv", "-"], ["ukwial", "qp/daqp", "warm"], ["nautilus", "pinv", "-"]]
-    assert [c.name for c in chosen(cells, ["ukwial:pinv"])] == ["ukwial:pinv:-"]
-    assert [c.name for c in chosen(cells, ["*:qp/*:warm", "naut*"])] == [
+    assert [c.name for c in matching_cells(cells, ["ukwial:pinv"])] == ["ukwial:pinv:-"]
+    assert [c.name for c in matching_cells(cells, ["*:qp/*:warm", "naut*"])] == [
         "ukwial:qp/daqp:warm",
         "nautilus:pinv:-",
     ]
@@ -20,7 +20,7 @@ def test_patterns_are_for_the_vehicles_that_are_named_beside_them() -> None:
     cells = [[vehicle, "mine", "-"] for vehicle in ("ukwial", "nautilus", "my[rov].yaml")]
     for pattern in ("*:mine", "*", "my*:mine:*"):
         mine = among(["my[rov].yaml"], [pattern])
-        assert [c.vehicle for c in chosen(cells, mine)] == ["my[rov].yaml"]
+        assert [c.vehicle for c in matching_cells(cells, mine)] == ["my[rov].yaml"]
     with pytest.raises(
         UnknownName, match=r"--cells ukwial:mine: is for none of --vehicle a.yaml --vehicle b"
     ):

@@ -7,7 +7,7 @@ from alloc import Allocation, Allocator, build, load_vehicle
 from alloc.allocation import FloatArray, StatusArray
 from bench.demands import build_demands
 from bench.demands.store import Case
-from bench.harness.worker import answers_of
+from bench.harness.worker import answer_case
 
 VEHICLE = load_vehicle("ukwial")
 CASE = Case(VEHICLE, build_demands("active", VEHICLE, 1, 200).taus)
@@ -37,8 +37,8 @@ class Two:
 def test_thrusts_of_many_that_calls_do_not_give_are_no_answers() -> None:
     """A report said that a method serves all of which each call was clipped."""
     with pytest.raises(ValueError, match=r"many\(\) gives demand \d+ other thrusts than a call of its own"):
-        answers_of(Two("clip", "nullspace"), CASE, brought=True)
-    F, status = answers_of(Two("clip", "clip"), CASE, brought=True)
+        answer_case(Two("clip", "nullspace"), CASE, brought=True)
+    F, status = answer_case(Two("clip", "clip"), CASE, brought=True)
     np.testing.assert_array_equal(F, build("clip", VEHICLE).many(CASE.taus)[0])
     assert status.tolist() == build("clip", VEHICLE).many(CASE.taus)[1].tolist()
 
@@ -46,7 +46,7 @@ def test_thrusts_of_many_that_calls_do_not_give_are_no_answers() -> None:
 def test_limits_of_each_demand_are_those_of_its_call_too() -> None:
     demands = build_demands("jolts", VEHICLE, 1, 60)
     case = Case(VEHICLE, demands.taus, demands.f_min, demands.f_max)
-    F, _ = answers_of(Two("scaled", "scaled"), case, brought=True)
+    F, _ = answer_case(Two("scaled", "scaled"), case, brought=True)
     answered = np.isfinite(F).all(axis=1)
     assert answered.sum() > 30
     assert (demands.limits[1] >= F)[answered].all()
@@ -55,5 +55,5 @@ def test_limits_of_each_demand_are_those_of_its_call_too() -> None:
 @pytest.mark.parametrize("method", ["qp/osqp", "qp/proxqp"])
 def test_a_solver_that_goes_on_from_its_last_answer_may_come_elsewhere(method: str) -> None:
     allocator: Allocator = build(method, VEHICLE, start="warm")
-    F, _ = answers_of(allocator, CASE, brought=True)
+    F, _ = answer_case(allocator, CASE, brought=True)
     assert F.shape == (200, 4)

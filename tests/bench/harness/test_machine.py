@@ -54,7 +54,7 @@ def test_every_thread_keeps_off_the_workers_core_inside_the_block_and_comes_back
     other = Thread(target=end.wait)  # like the thread that draws the progress bar
     other.start()
     try:
-        with machine.set_aside():
+        with machine.reserve_core():
             places = [os.sched_getaffinity(thread.id) for thread in psutil.Process().threads()]
         assert len(places) >= 2
         assert all(place == (allowed - {core} or allowed) for place in places)

@@ -22,10 +22,10 @@ from bench.judging.loss import loss
 from bench.layouts.authority import closed_form_volumes, volumes
 from bench.layouts.compile import compile_study
 from bench.layouts.measure import Columns, numbers
-from bench.layouts.run import number_of
+from bench.layouts.run import count_layouts
 from bench.layouts.shards import tasks, values
 from bench.layouts.space import poses
-from bench.layouts.spaces import Layouts, layout_of, spaces
+from bench.layouts.spaces import Layouts, single_layout, spaces
 from bench.layouts.study import read_study
 from tests.places import ROOT
 
@@ -131,7 +131,7 @@ def test_symmetric_layouts_closed_forms_have_the_volumes_of_their_hulls() -> Non
     """Turned by the same angles, limits of thrusters add up to the same, and faces touch."""
     study = read_study(ROOT / "docs" / "layouts" / "ten-degrees.yaml")
     space, _ = compile_study(study)
-    (task,) = tasks(0, number_of(study, space, None), "grid", 0)
+    (task,) = tasks(0, count_layouts(study, space, None), "grid", 0)
     (group,) = poses(space, values(space, task)[:, ::3])
     layouts = group.layouts(space.dof)
     full, found = spaces(layouts)
@@ -148,7 +148,7 @@ def test_a_symmetric_vehicle_s_closed_form_has_the_volume_that_its_two_halves_ma
     The BlueROV2 Heavy is two vehicles of four thrusters that share nothing, so their shares multiply.
     """
     heavy = load_vehicle("bluerov2-heavy")
-    whole = layout_of(heavy)
+    whole = single_layout(heavy)
     halves = []
     for rows, columns in (([0, 1, 5], [0, 1, 2, 3]), ([2, 3, 4], [4, 5, 6, 7])):
         half = Layouts(

@@ -7,7 +7,7 @@ import pytest
 
 from bench.layouts.compile import compile_study
 from bench.layouts.measure import column_names, measure
-from bench.layouts.run import number_of
+from bench.layouts.run import count_layouts
 from bench.layouts.shards import tasks, values
 from bench.layouts.study import AskedDemands, StudyFile, VariedGroup, read_study
 from tests.layout_studies import compiled
@@ -36,7 +36,7 @@ def test_turning_by_ten_degrees_buys_what_the_page_says() -> None:
     """Each row of the table: what the parameters are, then the numbers of SHOWN."""
     document = read_study(ROOT / "docs" / "layouts" / "ten-degrees.yaml")
     space, _ = compile_study(document)
-    (task,) = tasks(0, number_of(document, space, None), "grid", 0)
+    (task,) = tasks(0, count_layouts(document, space, None), "grid", 0)
     parameters = values(space, task)
     columns = measure(space, parameters).columns
     table = TEXT[TEXT.index("<!-- ten degrees -->") : TEXT.index("<!-- /ten degrees -->")]

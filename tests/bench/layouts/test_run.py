@@ -14,7 +14,7 @@ from bench.inputs.demand_csv import read_demands
 from bench.layouts import shards
 from bench.layouts.measure import Columns, numbers
 from bench.layouts.report import page, render_study
-from bench.layouts.run import Compute, Done, check_folder, front_of, run_study
+from bench.layouts.run import Compute, Done, check_folder, pareto_front, run_study
 from bench.layouts.shards import (
     SHARD,
     OtherVersion,
@@ -28,7 +28,7 @@ from bench.layouts.shards import (
     whole_shards,
 )
 from bench.layouts.space import LayoutSpace
-from bench.layouts.spaces import layout_of
+from bench.layouts.spaces import single_layout
 from bench.layouts.study import StudyFile, read_study
 from bench.layouts.summary import OUTCOMES, losses, merged, spread, summarise, unbeaten
 from tests.layout_studies import PLANAR, compiled
@@ -76,8 +76,8 @@ def test_a_study_has_each_layout_once(study: tuple[LayoutSpace, StudyFile, Path]
     found = [
         read_shard(path, ["round", "layout"]).to_pylist() for path in whole_shards(folder / "shards").values()
     ]
-    numbers_of = [(row["round"], row["layout"]) for rows in found for row in rows]
-    assert sorted(numbers_of) == [(0, i) for i in range(N)] + [(1, i) for i in range(100)]
+    thruster_counts = [(row["round"], row["layout"]) for rows in found for row in rows]
+    assert sorted(thruster_counts) == [(0, i) for i in range(N)] + [(1, i) for i in range(100)]
 
 
 def test_a_study_goes_on_where_it_was_killed_and_ends_with_the_same_bytes(
@@ -189,7 +189,7 @@ def own(study: tuple[LayoutSpace, StudyFile, Path], tmp_path: Path) -> Columns:
     """The numbers of the layout that the vehicle has."""
     space, _, _ = study
     _, base = compiled(tmp_path, TEXT)
-    return numbers(layout_of(base), space.dof, space.taus, space.scale, space.volume)[1]
+    return numbers(single_layout(base), space.dof, space.taus, space.scale, space.volume)[1]
 
 
 def test_a_report_says_the_same_of_the_same_shards(
@@ -203,7 +203,7 @@ def test_a_report_says_the_same_of_the_same_shards(
     even = [read_shard(path) for (round_, _), path in whole_shards(folder / "shards").items() if round_ == 0]
     authority = np.concatenate([table["authority"].to_numpy() for table in even])
     assert f" {100 * (authority > 1 + 1e-9).mean():.2f} % " in text
-    assert f"No other layout beats {front_of(folder / 'shards').num_rows:,} of them" in text
+    assert f"No other layout beats {pareto_front(folder / 'shards').num_rows:,} of them" in text
     pictures = {name: (folder / name).read_bytes() for name in ("front.svg", "matters.svg", "front.parquet")}
     assert render_study(space, own, folder).read_text(encoding="utf-8") == text
     assert {name: (folder / name).read_bytes() for name in pictures} == pictures
@@ -219,7 +219,9 @@ def test_bars_and_stars_in_the_names_of_vehicle_and_group_leave_the_report_s_tab
     space, _, folder = study
     first, *others = space.parameters
     odd = replace(space, name="my|rov *1* *2*", parameters=(replace(first, name="b|w.x"), *others))
-    text = page(odd, own, summarise(space, folder / "shards", own), front_of(folder / "shards").slice(0, 1))
+    text = page(
+        odd, own, summarise(space, folder / "shards", own), pareto_front(folder / "shards").slice(0, 1)
+    )
     assert text.startswith(r"# Layouts of my\|rov \*1\* \*2\*")
     tables = re.findall(r"(?:^\|.*\n)+", text, re.MULTILINE)
     assert [{line.replace(r"\|", "").count("|") for line in table.splitlines()} for table in tables] == [
@@ -233,7 +235,7 @@ def test_a_shard_s_name_is_its_content(study: tuple[LayoutSpace, StudyFile, Path
     _, _, folder = study
     for (round_, index), path in whole_shards(folder / "shards").items():
         assert path.name == file_name(round_, index, path.read_bytes())
-        assert shards.facts_of(path).asked == read_shard(path, ["layout"]).num_rows
+        assert shards.shard_facts(path).asked == read_shard(path, ["layout"]).num_rows
 
 
 def test_a_report_says_how_the_log_of_its_demands_was_understood(
@@ -241,6 +243,6 @@ def test_a_report_says_how_the_log_of_its_demands_was_understood(
 ) -> None:
     space, keys, folder = study
     said = replace(space, said=("log.csv: surge from 'fx'", "log.csv: 2 rows *twice*"))
-    report = page(said, own, summarise(space, folder / "shards", own), front_of(folder / "shards"))
+    report = page(said, own, summarise(space, folder / "shards", own), pareto_front(folder / "shards"))
     assert "\n\n- log.csv: surge from 'fx'\n- log.csv: 2 rows \\*twice\\*\n\n## " in report
     check_folder(folder, said, keys, N, resume=True)  # other words make no other study

@@ -13,9 +13,9 @@ from bench.commands.layouts import command
 from bench.fleet import cluster
 from bench.layouts.measure import measure
 from bench.layouts.report import vehicle_file
-from bench.layouts.run import check_constraints, number_of
+from bench.layouts.run import check_constraints, count_layouts
 from bench.layouts.space import poses
-from bench.layouts.spaces import layout_of
+from bench.layouts.spaces import single_layout
 from bench.layouts.study import read_study
 from tests.layout_studies import HEAVY, PLANAR, compiled
 from tests.vehicle_files import GOOD
@@ -155,7 +155,7 @@ def test_with_the_base_s_own_numbers_a_layout_is_the_base(text: str, tmp_path: P
         if group == "center_of_mass":
             values[-1] = 0.0
     (one,) = poses(space, np.array(values)[:, None])
-    np.testing.assert_allclose(one.layouts(space.dof).T, layout_of(base).T, atol=1e-9)
+    np.testing.assert_allclose(one.layouts(space.dof).T, single_layout(base).T, atol=1e-9)
     np.testing.assert_array_equal(one.f_max[:, 0], base.f_max)
 
 
@@ -279,9 +279,9 @@ def test_a_grid_has_its_own_number(tmp_path: Path) -> None:
     text = text.replace("to: 170", "to: 170, steps: 2") + "sampling: grid\n"
     space, _ = compiled(tmp_path, text)
     document = read_study(tmp_path / "study.yaml")
-    assert number_of(document, space, None) == 3 * 4 * 2 * 3
+    assert count_layouts(document, space, None) == 3 * 4 * 2 * 3
     with pytest.raises(AllocError, match="--n 5: a grid has all its 72 layouts"):
-        number_of(document, space, 5)
+        count_layouts(document, space, 5)
 
 
 def test_layouts_keep_their_base_s_frame_and_thrusters_go_by_name(tmp_path: Path) -> None:

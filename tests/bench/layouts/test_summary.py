@@ -7,9 +7,9 @@ import pytest
 
 from bench.layouts.measure import numbers
 from bench.layouts.report import draw_matters, page
-from bench.layouts.run import front_of
+from bench.layouts.run import pareto_front
 from bench.layouts.shards import compute, keep, read_shard, source_digest, tasks
-from bench.layouts.spaces import layout_of
+from bench.layouts.spaces import single_layout
 from bench.layouts.summary import BINS, OUTCOMES, StudySummary, summarise
 from tests.layout_studies import PLANAR, compiled
 
@@ -26,9 +26,9 @@ def test_a_report_counts_the_layouts_that_have_a_number_and_says_how_many(
     (task,) = tasks(0, n := 128, "sobol", 0)
     (shards := tmp_path / "shards").mkdir()
     table = read_shard(keep(shards, task, compute(space, task, source_digest())))
-    own = numbers(layout_of(base), space.dof, space.taus, space.scale, space.volume)[1]
+    own = numbers(single_layout(base), space.dof, space.taus, space.scale, space.volume)[1]
     said = summarise(space, shards, own)
-    text = page(space, own, said, front_of(shards).slice(0, 1))
+    text = page(space, own, said, pareto_front(shards).slice(0, 1))
     column, least = table["closed_form_volume_share"].to_numpy(), own["closed_form_volume_share"][0]
     has = column[table["thrusters"].to_numpy() <= 8]
     assert not np.isnan(has).any()
