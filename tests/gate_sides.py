@@ -6,14 +6,34 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from click.testing import CliRunner, Result
 
 import alloc
 from alloc import Allocation, Label, Status, Vehicle, build
 from alloc.allocation import FloatArray, StatusArray
+from bench.commands.gate import command
 from bench.gate.answers import SideAnswers
 from bench.gate.side import Refused
 from bench.gate.worker import Built, Orders
 from bench.judging.question import Question
+
+PLUGIN = """\
+import numpy as np
+from alloc import NotApplicable
+
+LIMITED = True
+
+
+def build(vehicle):
+    G = np.linalg.pinv(vehicle.TP)
+    return lambda tau: np.clip(G @ tau, vehicle.f_min, vehicle.f_max)
+"""
+"""A right method of a user's."""
+
+
+def run_gate(*arguments: object) -> Result:
+    """Outcome of the command; its return value is what the program's main makes its exit code."""
+    return CliRunner().invoke(command, [*map(str, arguments)], standalone_mode=False)
 
 
 def pip_notes(site: Path, name: str, url: str, *, editable: bool = False, files: str = "") -> None:

@@ -67,7 +67,7 @@ def answered(side: Prober, cell: GateCell, question: Question) -> SideAnswers:
     """Ask one side for its answers to the question's demands, as many as it gives in SECONDS.
 
     Thrusts of ``many`` are compared with those of single calls on the cell's own vehicle only: on the nearly
-    symmetric one (``bench.gate.asked.nearly_symmetric``) rounding decides how far they lie apart.
+    symmetric one (``bench.gate.questions.nearly_symmetric``) rounding decides how far they lie apart.
     """
     vehicle, build = question.demands.vehicle, cell.names | state(question.demands.vehicle)
     own = build["vehicle"] == cell.vehicle

@@ -30,20 +30,20 @@ class RunDemands(NamedTuple):
     ----------
     vehicles : that the settings name, without faults
     states : the vehicles of a study and those named, then each of them with every fault
-    made : each demand set of each state, as often as it is named; the vehicles of a study come first
+    each : each demand set of each state, as often as it is named; the vehicles of a study come first
     lacking : by demand set, the vehicles by the reason why they have no such demands
     """
 
     vehicles: list[Vehicle]
     states: list[Vehicle]
-    made: list[DemandSet]
+    each: list[DemandSet]
     lacking: dict[str, dict[str, list[str]]]
 
     @property
     def sets(self) -> list[DemandSet]:
         """The demand sets, each once."""
         sets: dict[tuple[str, str], DemandSet] = {}
-        for made in self.made:
+        for made in self.each:
             sets.setdefault((made.vehicle.name, made.name), made)
         return list(sets.values())
 
@@ -200,7 +200,7 @@ def doubt_demands(demands: RunDemands) -> list[str]:
     file it was copied from.
     """
     by_key: dict[tuple[str, str], DemandSet] = {}
-    for made in demands.made:
+    for made in demands.each:
         key = (made.vehicle.name, made.name)
         if not _same(by_key.setdefault(key, made), made):
             raise DemandError(

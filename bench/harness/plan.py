@@ -39,7 +39,7 @@ class RunSettings(msgspec.Struct, frozen=True, kw_only=True):
     faults : of each vehicle, one at a time; None is the whole vehicle
     once : patterns of methods, families and demand sets that are measured in the first repeat only
     log : what logs among the demands do not say themselves
-    starts, levels : those to take of what a method offers; empty: see ``chosen``
+    starts, levels : those to take of what a method offers; empty: see ``matching_choices``
     repeats : fresh processes of each method
     seed : of demands and order
     n_demands : demands of each set
@@ -119,7 +119,7 @@ def groups(
     """
     pairs = list(asked)
     in_a_row = [pair for pair in pairs if pair in sequences]
-    choices = [(pairs, c.method, *choice) for c in contenders for choice in chosen(c, settings)]
+    choices = [(pairs, c.method, *choice) for c in contenders for choice in matching_choices(c, settings)]
     choices += [(in_a_row, c.method, *choice) for c in contenders for choice in other_starts(c, settings)]
     choices += [(pairs, yardstick, "-", "-") for yardstick in YARDSTICKS.values()]
     dice = random.Random(settings.seed)
@@ -141,7 +141,7 @@ def _once(settings: RunSettings, method: Method, demands: str) -> bool:
     return any(fnmatchcase(name, pattern) for pattern in settings.once for name in names)
 
 
-def chosen(contender: Contender, settings: RunSettings) -> list[tuple[str, str]]:
+def matching_choices(contender: Contender, settings: RunSettings) -> list[tuple[str, str]]:
     """The starts and levels of a contender to measure.
 
     Where the settings name none, one start is measured: ``reused`` where it is offered, since a vehicle
@@ -164,7 +164,7 @@ def chosen(contender: Contender, settings: RunSettings) -> list[tuple[str, str]]
 
 def check_offers(contender: Contender, settings: RunSettings) -> None:
     """Raise SettingsError where a contender has none of the starts, or of the levels, that were named."""
-    if chosen(contender, settings):
+    if matching_choices(contender, settings):
         return
     for option, named, offered in (
         ("--start", settings.starts, contender.starts),
@@ -176,10 +176,10 @@ def check_offers(contender: Contender, settings: RunSettings) -> None:
 
 
 def other_starts(contender: Contender, settings: RunSettings) -> list[tuple[str, str]]:
-    """A solver's starts beside those ``chosen``, at its most accurate level; none where starts are named."""
+    """A solver's other starts, at its most accurate level; none where starts are named."""
     if settings.starts or not contender.method.solver:
         return []
-    usual = {start for start, _ in chosen(contender, settings)}
+    usual = {start for start, _ in matching_choices(contender, settings)}
     level = (settings.levels or contender.levels)[-1]
     return [(start, level) for start in contender.starts if start not in usual and level in contender.levels]
 
@@ -235,7 +235,7 @@ GROWTH_METHODS = (
 
 
 def default() -> RunSettings:
-    """Every vehicle and method, starts and levels as ``chosen`` takes them: under 3 minutes on 2 cores."""
+    """Every vehicle and method, with ``matching_choices`` of each: under 3 minutes on 2 cores."""
     return RunSettings(vehicles=list_vehicles(), demands=(*DEFAULT_DEMANDS, "uniform"), once=ONCE)
 
 

@@ -132,7 +132,7 @@ def no_garbage_collection() -> Iterator[None]:
         gc.enable()
 
 
-def counted(singles: Iterable[int]) -> list[tuple[int, int]]:
+def tally(singles: Iterable[int]) -> list[tuple[int, int]]:
     """Single calls as a sorted histogram [(ns, count), …]; ``bench.record.measured.BIN`` says which bins."""
     return sorted(Counter(map(binned, singles)).items())
 

@@ -41,9 +41,9 @@ from bench.harness.timing import (
     YARDSTICKS,
     Samples,
     canary_ns,
-    counted,
     no_garbage_collection,
     sample,
+    tally,
     yardstick,
 )
 from bench.judging.judge import judge
@@ -262,7 +262,7 @@ def measure(task: MeasureTask, question: Question, job: Job, line: Worker) -> Ce
         cell.quiet = between(before, reading(core))
         cell.canary_ns = canary_ns()
     cell.batches, cell.binding_batches = samples.batches, binding.batches
-    cell.singles = counted(samples.singles)
+    cell.singles = tally(samples.singles)
     cell.timed_ns = samples.timed_ns + binding.timed_ns
     if job.method not in YARDSTICKS:
         cell.allocator_bytes = reachable_bytes(allocator)
@@ -330,7 +330,7 @@ def describe(cell: Cell, allocator: Allocator, answers: list[Allocation], questi
     cell.worst_case_steps = allocator.worst_case_steps if isinstance(allocator, BoundedSteps) else None
     _, _, iterations, solver_s, *_ = zip(*answers, strict=True)
     own_clock = np.rint(np.array(solver_s) * 1e9)
-    cell.solver_singles = counted(own_clock[np.isfinite(own_clock)].astype(np.int64).tolist())
+    cell.solver_singles = tally(own_clock[np.isfinite(own_clock)].astype(np.int64).tolist())
     cell.iterations_max = max(iterations)
     cell.judged = judge(question, answers, **promises, thorough=cell.key.repeat == 0)
 

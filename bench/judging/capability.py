@@ -169,25 +169,25 @@ N_DEMANDS = 2000
 """Demands a share is counted on: its 95 % interval is at most 4.4 points wide."""
 
 
-class Asked(NamedTuple):
+class CapabilityQuestions(NamedTuple):
     """Questions to the methods about one vehicle.
 
     Attributes
     ----------
     states : no fault and the worst one, each with demands uniform in volume on the vehicle that has it
-    checked : the same, each with no demand at all and demands on one and two axes: they are what a vehicle
+    plain : the same, each with no demand at all and demands on one and two axes: they are what a vehicle
         is asked most, and none is drawn by chance. Answers are checked and not counted
     growing : demands of growing size on the whole vehicle
     """
 
     states: list[tuple[int | None, Question]]
-    checked: list[tuple[int | None, Question]]
+    plain: list[tuple[int | None, Question]]
     growing: Case
 
     @property
     def cases(self) -> list[Case]:
         """The cases of the states, those that are checked only, then the growing one."""
-        sets = [question.demands for _, question in (*self.states, *self.checked)]
+        sets = [question.demands for _, question in (*self.states, *self.plain)]
         return [*(Case(demands.vehicle, demands.taus) for demands in sets), self.growing]
 
 
@@ -198,7 +198,7 @@ def measure_capabilities(
 
     A vehicle whose thrusters have no choice at all (NotApplicable) is left out.
     """
-    made: list[tuple[Capability, Asked]] = []
+    made: list[tuple[Capability, CapabilityQuestions]] = []
     for vehicle in vehicles:
         try:
             made.append((_without_methods(vehicle, seed), _asked(vehicle, seed, n)))
@@ -215,7 +215,7 @@ def measure_capabilities(
     return [capability for capability, _ in made]
 
 
-def _asked(vehicle: Vehicle, seed: int, n: int) -> Asked:
+def _asked(vehicle: Vehicle, seed: int, n: int) -> CapabilityQuestions:
     states: dict[int | None, Vehicle] = {None: vehicle}
     if len(vehicle.working) > 1:
         worst = worst_fault(vehicle)
@@ -227,7 +227,7 @@ def _asked(vehicle: Vehicle, seed: int, n: int) -> Asked:
     plain = [labelled("on one axis or two", state, along_axes(state, AXES)) for state in states.values()]
     # What is wrong is found without an optimum, so no reference is asked.
     asked = questions([*sets, *plain], lambda _, cases: [Unanswered("missing", "")] * len(cases))
-    return Asked(
+    return CapabilityQuestions(
         list(zip(states, asked[: len(states)], strict=True)),
         list(zip(states, asked[len(states) :], strict=True)),
         Case(vehicle, demands_of_growing_size(vehicle, np.random.default_rng(seed))),
@@ -247,7 +247,9 @@ def _without_methods(vehicle: Vehicle, seed: int) -> Capability:
     )
 
 
-def _add(capability: Capability, method: str, asked: Asked, answers: list[Answers | Unanswered]) -> None:
+def _add(
+    capability: Capability, method: str, asked: CapabilityQuestions, answers: list[Answers | Unanswered]
+) -> None:
     """Add what a method answered to a vehicle's cases; a method that refuses the vehicle adds nothing."""
     vehicles = [case.vehicle for case in asked.cases]
     for vehicle, answer in zip(vehicles, answers, strict=True):
@@ -257,7 +259,7 @@ def _add(capability: Capability, method: str, asked: Asked, answers: list[Answer
             capability.unserved.append(Unserved(method=method, status=answer.status, reason=reason))
             return
     *of_states, of_growing = answers
-    for (fault, question), answer in zip((*asked.states, *asked.checked), of_states, strict=True):
+    for (fault, question), answer in zip((*asked.states, *asked.plain), of_states, strict=True):
         if isinstance(answer, Answers) and (wrong := _wrong(question, answer)):
             off = "" if fault is None else f" with {question.demands.vehicle.called(fault)} off"
             capability.wrong.setdefault(method, f"{question.demands.name}{off}: {wrong}")

@@ -9,12 +9,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import Result
 
 import gate_check
-from bench.commands.gate import command
 from bench.gate import run
 from injection import CLOSED_FORMS, delete_method, scale_thrusts, slow_down
+from tests.gate_sides import run_gate
 
 pytestmark = pytest.mark.usefixtures("few_demands")
 
@@ -39,9 +39,7 @@ def gate(
     """Verdict of the gate on a commit with that change."""
     change(repository)
     gate_check.commit(repository, "head")
-    arguments = ["HEAD~1", "HEAD", "--repo", str(repository), *FEW, *cells, *options]
-    # A command's return value is what the program's main makes its exit code.
-    return CliRunner().invoke(command, arguments, standalone_mode=False)
+    return run_gate("HEAD~1", "HEAD", "--repo", repository, *FEW, *cells, *options)
 
 
 def test_a_commit_that_changes_only_a_document_passes_at_once_and_says_why(repository: Path) -> None:
@@ -184,13 +182,11 @@ def test_bad_usage_of_the_gate_names_what_to_give_instead(
     arguments: list[str], says: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(gate_check.ROOT)
-    result = CliRunner().invoke(command, arguments, standalone_mode=False)
-    assert says in str(result.exception)
+    assert says in str(run_gate(*arguments).exception)
 
 
 def test_cell_patterns_that_fit_nothing_are_bad_usage(repository: Path) -> None:
-    arguments = ["HEAD", "--repo", str(repository), "--always", "--cells", "ukwial:nix"]
-    result = CliRunner().invoke(command, arguments, standalone_mode=False)
+    result = run_gate("HEAD", "--repo", repository, "--always", "--cells", "ukwial:nix")
     assert "no cell of either side fits ukwial:nix" in str(result.exception)
 
 

@@ -5,11 +5,10 @@ from pathlib import Path
 from typing import cast
 
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import Result
 
 import gate_check
 from alloc import Vehicle
-from bench.commands.gate import command
 from bench.demands import DemandSet
 from bench.gate import answers
 from bench.gate.answers import first
@@ -18,25 +17,14 @@ from bench.gate.questions import nobody
 from bench.gate.record import GateCell
 from bench.gate.side import Prober
 from bench.judging.question import questions
-from tests.gate_sides import Whole, of_scaled
+from tests.gate_sides import PLUGIN, Whole, of_scaled, run_gate
 
 pytestmark = pytest.mark.usefixtures("few_demands")
 
 FEW = ("--pairs", "2", "--no-instructions")
-RIGHT = """\
-import numpy as np
-from alloc import NotApplicable
-
-LIMITED = True
-
-
-def build(vehicle):
-    G = np.linalg.pinv(vehicle.TP)
-    return lambda tau: np.clip(G @ tau, vehicle.f_min, vehicle.f_max)
-"""
-WRONG = RIGHT.replace("G @ tau", "-G @ tau")
-REFUSING = RIGHT.replace("    G =", "    raise NotApplicable('not this one')\n    G =")
-BROKEN = f"import no_such_module\n{RIGHT}"
+WRONG = PLUGIN.replace("G @ tau", "-G @ tau")
+REFUSING = PLUGIN.replace("    G =", "    raise NotApplicable('not this one')\n    G =")
+BROKEN = f"import no_such_module\n{PLUGIN}"
 CELL = "`ukwial:mine:-`"
 
 
@@ -49,8 +37,7 @@ def gate(folder: Path, base: str, head: str, *options: str) -> Result:
             (folder / "mine.py").write_text(text)
         gate_check.commit(folder, "plug-in")
     given = ("--vehicle", "ukwial", "--plugin", str(folder / "mine.py"), *options, *FEW)
-    arguments = ["HEAD~1", "HEAD", "--repo", str(folder), *given]
-    return CliRunner().invoke(command, arguments, standalone_mode=False)
+    return run_gate("HEAD~1", "HEAD", "--repo", folder, *given)
 
 
 @pytest.mark.parametrize("base", ["", REFUSING, BROKEN], ids=["none", "refusing", "broken"])
@@ -58,7 +45,7 @@ def test_what_head_alone_has_fails_where_it_is_wrong_and_is_new_where_it_is_righ
     tmp_path: Path, base: str
 ) -> None:
     """The same holds where base has no such plug-in, one that refused the vehicle, or one not imported."""
-    for name, head in (("wrong", WRONG), ("right", RIGHT)):
+    for name, head in (("wrong", WRONG), ("right", PLUGIN)):
         (tmp_path / name).mkdir()
         result = gate(tmp_path / name, base, head)
         assert result.exception is None, result.output
@@ -69,7 +56,7 @@ def test_what_head_alone_has_fails_where_it_is_wrong_and_is_new_where_it_is_righ
 
 def test_a_wrong_plug_in_that_is_added_beside_a_right_one_fails(tmp_path: Path) -> None:
     """It passed: what base had was still right."""
-    (tmp_path / "old.py").write_text(RIGHT)
+    (tmp_path / "old.py").write_text(PLUGIN)
     result = gate(tmp_path, "", WRONG, "--plugin", str(tmp_path / "old.py"))
     assert result.return_value == 1, result.output
     assert "Gate: regression: answers are wrong" in result.stdout
@@ -80,7 +67,7 @@ def test_a_wrong_plug_in_that_is_added_beside_a_right_one_fails(tmp_path: Path) 
 
 def test_a_new_plug_in_that_gives_a_tenth_of_what_is_asked_is_remarked(tmp_path: Path) -> None:
     """Newtons taken for kgf: what promises no more is right, and meets no demand."""
-    result = gate(tmp_path, "", RIGHT.replace("G @ tau", "G @ tau / 9.80665"))
+    result = gate(tmp_path, "", PLUGIN.replace("G @ tau", "G @ tau / 9.80665"))
     assert re.search(
         rf"new, and gives less than is asked: {CELL}: SOLVED for \d+ of [\d,]+ demands", result.stdout
     )
@@ -89,7 +76,7 @@ def test_a_new_plug_in_that_gives_a_tenth_of_what_is_asked_is_remarked(tmp_path:
 def test_a_commit_that_mends_little_and_turns_what_is_beyond_reach_is_a_regression(tmp_path: Path) -> None:
     """Base passed limits by rounding, and then no answer beyond reach counted as evidence."""
     rule = "min(1.0, *(np.where(f > 0, vehicle.f_max, vehicle.f_min) / np.where(f == 0, 1e-300, f)))"
-    base = RIGHT.replace("lambda tau: np.clip(G @ tau, vehicle.f_min, vehicle.f_max)", "allocate").replace(
+    base = PLUGIN.replace("lambda tau: np.clip(G @ tau, vehicle.f_min, vehicle.f_max)", "allocate").replace(
         "    return",
         f"    def allocate(tau):\n        f = G @ tau\n        s = {rule}\n        return s * f\n    return",
     )
@@ -103,7 +90,7 @@ def test_a_commit_that_mends_little_and_turns_what_is_beyond_reach_is_a_regressi
 
 def test_a_commit_that_mends_a_sign_is_no_regression(tmp_path: Path) -> None:
     """A PARTIAL answer that is SOLVED now was called another answer, beside the remark that it is mended."""
-    result = gate(tmp_path, WRONG, RIGHT)
+    result = gate(tmp_path, WRONG, PLUGIN)
     assert result.return_value in (0, 3), result.output  # 3 where this machine is too busy to time calls
     assert f"mended: {CELL}" in result.stdout
 
@@ -129,8 +116,7 @@ def test_a_new_vehicle_of_the_library_is_judged_by_its_own_numbers(
     vehicles = tree / "alloc" / "vehicles"
     (vehicles / "other.yaml").write_text(spoil or (vehicles / "ukwial.yaml").read_text())
     gate_check.commit(tree, "head")
-    arguments = ["HEAD~1", "HEAD", "--repo", str(tree), "--cells", "other:nullspace", *FEW]
-    result = CliRunner().invoke(command, arguments, standalone_mode=False)
+    result = run_gate("HEAD~1", "HEAD", "--repo", tree, "--cells", "other:nullspace", *FEW)
     assert result.exception is None, result.output
     assert result.return_value == code, result.output
     assert says in result.stdout

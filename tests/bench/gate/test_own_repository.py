@@ -4,27 +4,15 @@ import re
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import Result
 
 import gate_check
-from bench.commands.gate import command
 from bench.gate.trees import BadTree
-from tests.gate_sides import pip_notes
+from tests.gate_sides import PLUGIN, pip_notes, run_gate
 
 pytestmark = pytest.mark.usefixtures("few_demands")
 
 FEW = ("--pairs", "2", "--no-instructions", "--vehicle", "ukwial")
-
-PLUGIN = """\
-import numpy as np
-
-LIMITED = True
-
-
-def build(vehicle):
-    G = np.linalg.pinv(vehicle.TP)
-    return lambda tau: np.clip(G @ tau, vehicle.f_min, vehicle.f_max)
-"""
 
 
 @pytest.fixture
@@ -43,10 +31,13 @@ def gate_own(own: Path, text: str, *options: str) -> Result:
     (own / "control" / "mine.py").write_text(text)
     (own / "notes.txt").write_text("so that there is something to commit")
     gate_check.commit(own, "head")
-    plugin = ("--plugin", str(own / "control" / "mine.py"))
-    return CliRunner().invoke(
-        command, ["HEAD~1", "HEAD", "--repo", str(own), *plugin, *FEW, *options], standalone_mode=False
-    )
+    return gate_at(own, "HEAD~1", "HEAD", own / "control" / "mine.py", *options)
+
+
+def gate_at(own: Path, *revisions_and_options: object) -> Result:
+    """Verdict of the gate in the user's repository; each path is a plug-in's."""
+    words = [("--plugin", each) if isinstance(each, Path) else (each,) for each in revisions_and_options]
+    return run_gate(*(word for each in words for word in each), "--repo", own, *FEW)
 
 
 def test_a_user_s_plug_in_is_taken_from_each_side_of_the_user_s_repository(own: Path) -> None:
@@ -66,8 +57,7 @@ def test_a_relative_path_is_the_repository_s_from_anywhere(
     monkeypatch.chdir(tmp_path / "here")
     (own / "control" / "mine.py").unlink()
     gate_check.commit(own, "head")
-    options = ("--repo", "../own", "--vehicle", "ukwial", "--no-instructions")
-    result = CliRunner().invoke(command, ["HEAD~1", *options, "--plugin", "control/mine.py"])
+    result = run_gate("HEAD~1", "--repo", "../own", "--plugin", "control/mine.py", *FEW)
     assert "| `ukwial:mine:-` | gone: head has no such method" in result.stdout
 
 
@@ -81,8 +71,7 @@ def test_a_file_that_a_plug_in_opens_is_each_side_s_own(
     (own / "control" / "gain.txt").write_text("0.9")
     gate_check.commit(own, "another gain")
     monkeypatch.chdir(tmp_path)
-    few = ["--pairs", "2", "--no-instructions", "--vehicle", "ukwial", "--plugin", "control/mine.py"]
-    result = CliRunner().invoke(command, ["HEAD~1", "HEAD", "--repo", str(own), *few], standalone_mode=False)
+    result = gate_at(own, "HEAD~1", "HEAD", Path("control/mine.py"))
     assert result.return_value == 1, result.output
     assert "| `ukwial:mine:-` | another answer: status SOLVED → PARTIAL" in result.stdout
 
@@ -166,8 +155,7 @@ def test_a_module_of_the_user_s_folder_that_no_commit_holds_is_refused(own: Path
 def test_a_plug_in_that_the_head_lost_is_gone(own: Path) -> None:
     (own / "control" / "mine.py").rename(own / "control" / "other.py")
     gate_check.commit(own, "head")
-    options = ("--repo", str(own), "--plugin", str(own / "control" / "mine.py"), "--no-instructions")
-    result = CliRunner().invoke(command, ["HEAD~1", "HEAD", *options], standalone_mode=False)
+    result = gate_at(own, "HEAD~1", "HEAD", own / "control" / "mine.py")
     assert result.return_value == 1, result.output
     assert "| `ukwial:mine:-` " in result.stdout
     assert "head has no such method, vehicle or start" in result.stdout
@@ -175,8 +163,7 @@ def test_a_plug_in_that_the_head_lost_is_gone(own: Path) -> None:
 
 def test_what_is_not_committed_is_named_where_the_head_is_the_current_commit(own: Path) -> None:
     (own / "control" / "mine.py").write_text(PLUGIN.replace("G @ tau", "-G @ tau"))
-    options = ("--repo", str(own), "--plugin", str(own / "control" / "mine.py"))
-    result = CliRunner().invoke(command, ["HEAD", *options], standalone_mode=False)
+    result = gate_at(own, "HEAD", own / "control" / "mine.py")
     assert result.return_value == 0, result.output
     assert "- not committed, so not looked at: control/mine.py\n" in result.stdout
 
@@ -201,39 +188,29 @@ def test_a_vehicle_that_differs_between_the_sides_is_named(
 def test_a_commit_that_adds_a_plug_in_is_no_regression(own: Path) -> None:
     (own / "control" / "new.py").write_text(PLUGIN)
     gate_check.commit(own, "head")
-    options = ("--repo", str(own), "--plugin", str(own / "control" / "new.py"), "--vehicle", "ukwial")
-    result = CliRunner().invoke(command, ["HEAD~1", "HEAD", *options], standalone_mode=False)
+    result = gate_at(own, "HEAD~1", "HEAD", own / "control" / "new.py")
     assert result.return_value == 3, result.output
     assert "nothing to compare: no cell stands on both sides" in result.stdout
     assert "new: `ukwial:new:-`" in result.stdout
 
 
-@pytest.mark.parametrize("names", [("mine.py", "other/mine.py"), ("pinv.py",)])
-def test_two_methods_of_one_name_are_refused(own: Path, names: tuple[str, ...]) -> None:
-    """Else the one that is loaded first would have no row, and no word."""
-    plugins = [word for name in names for word in ("--plugin", str(own / name))]
-    result = CliRunner().invoke(command, ["HEAD", "--repo", str(own), *plugins], standalone_mode=False)
-    assert f"another method is called '{Path(names[0]).stem}' too; rename the file" in str(result.exception)
-
-
-@pytest.mark.parametrize("folder", [".", "own/control"])
-def test_a_plug_in_that_nobody_committed_is_refused(own: Path, folder: str) -> None:
-    """It would be compared with itself, and pass whatever it answers."""
-    file = own.parent / folder / "new.py"
-    file.write_text(PLUGIN)
-    plugin = ("--plugin", str(file))
-    result = CliRunner().invoke(command, ["HEAD", "--repo", str(own), *plugin], standalone_mode=False)
-    assert "new.py: neither side holds it, so it would be compared with itself; commit it" in str(
-        result.exception
-    )
-
-
-def test_a_plug_in_that_is_nowhere_is_not_to_be_committed(own: Path) -> None:
-    plugin = ("--plugin", str(own / "control" / "misspelt.py"))
-    result = CliRunner().invoke(command, ["HEAD", "--repo", str(own), *plugin], standalone_mode=False)
-    assert "misspelt.py: is neither here nor in one of the two sides; give a plug-in's file" in str(
-        result.exception
-    )
+@pytest.mark.parametrize(
+    ("files", "says"),
+    [
+        # The one that is loaded first would have no row, and no word.
+        (["mine.py", "other/mine.py"], "another method is called 'mine' too; rename the file"),
+        (["pinv.py"], "another method is called 'pinv' too; rename the file"),
+        # It would be compared with itself, and pass whatever it answers.
+        (["../new.py"], "new.py: neither side holds it, so it would be compared with itself; commit it"),
+        (["control/new.py"], "new.py: neither side holds it, so it would be compared with itself; commit it"),
+        (["control/misspelt.py"], "is neither here nor in one of the two sides; give a plug-in's file"),
+        ([], "holds no package 'alloc'"),
+    ],
+)
+def test_plug_ins_that_can_t_be_compared_are_refused(own: Path, files: list[str], says: str) -> None:
+    for folder in (own.parent, own / "control"):
+        (folder / "new.py").write_text(PLUGIN)
+    assert says in str(gate_at(own, "HEAD", *(own / name for name in files)).exception)
 
 
 def test_what_git_leaves_out_of_archives_and_what_a_link_points_to_is_gated(own: Path) -> None:
@@ -244,8 +221,3 @@ def test_what_git_leaves_out_of_archives_and_what_a_link_points_to_is_gated(own:
     assert result.return_value == 1, result.output
     for name in ("mine", "link"):
         assert re.search(rf"^\| `ukwial:{name}:-` +\| (wrong|another) answer: ", result.stdout, re.M)
-
-
-def test_a_repository_without_a_library_needs_a_plug_in(own: Path) -> None:
-    result = CliRunner().invoke(command, ["HEAD", "HEAD", "--repo", str(own)], standalone_mode=False)
-    assert "holds no package 'alloc'" in str(result.exception)

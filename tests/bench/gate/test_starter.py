@@ -10,8 +10,8 @@ from click.testing import CliRunner, Result
 
 import gate_check
 from alloc import AllocError
-from bench.commands.gate import command as gate_command
 from bench.commands.init import command as init_command
+from tests.gate_sides import run_gate
 
 pytestmark = pytest.mark.usefixtures("few_demands")
 
@@ -75,8 +75,7 @@ def gate(folder: Path, *names: str) -> Result:
     """Verdict of the gate on the last commit's plug-ins of those names."""
     plugins = [word for name in names for word in ("--plugin", str(folder / f"{name}.py"))]
     options = ("--vehicle", str(folder / "my-rov.yaml"), "--pairs", "2", "--no-instructions")
-    arguments = ["HEAD~1", "HEAD", "--repo", str(folder), *plugins, *options]
-    return CliRunner().invoke(gate_command, arguments, standalone_mode=False)
+    return run_gate("HEAD~1", "HEAD", "--repo", folder, *plugins, *options)
 
 
 @pytest.mark.long

@@ -4,12 +4,11 @@ import shutil
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import Result
 
 import gate_check
-from bench.commands.gate import command
 from bench.gate.trees import BadTree
-from tests.gate_sides import pip_notes
+from tests.gate_sides import pip_notes, run_gate
 
 pytestmark = pytest.mark.usefixtures("few_demands")
 
@@ -50,7 +49,7 @@ def own(tmp_path: Path) -> Path:
 
 
 def gate(*arguments: object) -> Result:
-    return CliRunner().invoke(command, [*map(str, arguments), *ALWAYS], standalone_mode=False)
+    return run_gate(*arguments, *ALWAYS)
 
 
 @pytest.mark.parametrize(

@@ -41,8 +41,34 @@ def judged(*cells: GateCell, **facts: Any) -> Verdict:
     )
 
 
-def test_equal_times_pass() -> None:
-    assert judged(cell()).outcome is Outcome.PASS
+NEW = GateCell(vehicle="ukwial", method="svd", base_lacks="no such method")
+MOVED = GateCell(vehicle="control", method="loop", **timed(1.5))
+
+
+@pytest.mark.parametrize(
+    ("cells", "outcome"),
+    [
+        pytest.param([cell()], Outcome.PASS, id="equal times"),
+        pytest.param([cell(**timed(1.2, pairs=10))], Outcome.PASS, id="no fresh pairs confirm it"),
+        pytest.param([cell(**timed(1.029))], Outcome.PASS, id="below the threshold"),
+        pytest.param([cell(**timed(1.029, us=0.7))], Outcome.PASS, id="a short call below the threshold"),
+        pytest.param([cell(**timed(1.031, us=0.7))], Outcome.REGRESSION, id="a short call above it"),
+        pytest.param([cell(), NEW], Outcome.PASS, id="a new cell beside another"),
+        pytest.param([NEW], Outcome.INCONCLUSIVE, id="no cell stands on both sides"),
+        pytest.param([], Outcome.INCONCLUSIVE, id="no cell at all"),
+        pytest.param([cell(instructions=[(1000, 1011)] * 2)], Outcome.REGRESSION, id="two counts grew"),
+        pytest.param([cell(instructions=[(1000, 1011), (1000, 1009)])], Outcome.PASS, id="one count grew"),
+        pytest.param([cell(instructions=[(1000, 1011)])], Outcome.PASS, id="one count alone"),
+        pytest.param(
+            [cell(instructions=[(100, 110)] * 2), MOVED],
+            Outcome.REGRESSION,
+            id="counts, though controls moved",
+        ),
+    ],
+)
+def test_times_and_counts_make_the_outcome(cells: list[GateCell], outcome: Outcome) -> None:
+    assert judged(*cells).outcome is outcome
+    assert judged(cell(), *cells, crashed="head: ended with SIGSEGV").outcome is Outcome.REGRESSION
 
 
 def test_a_clear_slow_down_fails_and_names_the_cell() -> None:
@@ -51,23 +77,10 @@ def test_a_clear_slow_down_fails_and_names_the_cell() -> None:
     assert [finding.cell for finding in result.findings] == ["ukwial:svd:-"]
 
 
-def test_a_slow_down_that_no_fresh_pairs_have_confirmed_passes() -> None:
-    assert judged(cell(**timed(1.2, pairs=10))).outcome is Outcome.PASS
-
-
-def test_a_slow_down_below_the_threshold_passes() -> None:
-    assert judged(cell(**timed(1.029))).outcome is Outcome.PASS
-
-
 def test_a_slow_down_that_is_not_certain_passes() -> None:
     noisy = timed(1.04, spread=0.2)
     assert ratio(noisy["pairs"]).lower < 1.01
     assert judged(cell(**noisy)).outcome is Outcome.PASS
-
-
-def test_the_threshold_is_the_same_for_a_short_call() -> None:
-    assert judged(cell(**timed(1.029, us=0.7))).outcome is Outcome.PASS
-    assert judged(cell(**timed(1.031, us=0.7))).outcome is Outcome.REGRESSION
 
 
 def test_a_suspicion_needs_less_certainty_than_a_failure() -> None:
@@ -129,11 +142,6 @@ def test_a_cell_that_is_gone_is_the_first_reason_to_fail() -> None:
     assert result.findings[0].cell == "ukwial:svd:-"
 
 
-def test_a_new_cell_passes() -> None:
-    new = GateCell(vehicle="ukwial", method="svd", base_lacks="no such method")
-    assert judged(cell(), new).outcome is Outcome.PASS
-
-
 def test_a_new_cell_that_is_wrong_fails_and_is_called_new_once() -> None:
     new = GateCell(vehicle="ukwial", method="svd", base_lacks="no such", head_wrong="off", turned_wrong="off")
     for cells in ([new], [cell(), new]):
@@ -142,27 +150,6 @@ def test_a_new_cell_that_is_wrong_fails_and_is_called_new_once() -> None:
         assert (result.outcome, result.summary) == (Outcome.REGRESSION, "regression: answers are wrong")
         assert result.findings == [("ukwial:svd:-", "new, and wrong: off")]
         assert "- new: " not in markdown(record, result)
-
-
-def test_a_gate_without_a_cell_on_both_sides_says_nothing() -> None:
-    assert judged().outcome is Outcome.INCONCLUSIVE
-    assert (
-        judged(GateCell(vehicle="ukwial", method="svd", base_lacks="no such method")).outcome
-        is Outcome.INCONCLUSIVE
-    )
-
-
-def test_instructions_fail_only_where_two_counts_grew() -> None:
-    assert judged(cell(instructions=[(1000, 1011), (1000, 1011)])).outcome is Outcome.REGRESSION
-    assert judged(cell(instructions=[(1000, 1011), (1000, 1009)])).outcome is Outcome.PASS
-    assert judged(cell(instructions=[(1000, 1011)])).outcome is Outcome.PASS
-
-
-def test_grown_instructions_fail_although_a_control_cell_moved() -> None:
-    result = judged(
-        cell(instructions=[(100, 110), (100, 110)]), GateCell(vehicle="control", method="loop", **timed(1.5))
-    )
-    assert result.outcome is Outcome.REGRESSION
 
 
 def test_a_budget_that_ran_out_is_inconclusive_but_for_a_cell_that_takes_twice_as_long() -> None:
@@ -174,10 +161,6 @@ def test_a_budget_that_ran_out_is_inconclusive_but_for_a_cell_that_takes_twice_a
     assert [found.cell for found in slow.findings] == [slow.rows[0].name]
     control = GateCell(vehicle="control", method="sum", **timed(20.0))
     assert judged(cell(**timed(20.0)), control, cut=cut).outcome is Outcome.INCONCLUSIVE
-
-
-def test_a_head_that_crashes_is_a_regression() -> None:
-    assert judged(cell(), crashed="head: ended with SIGSEGV").outcome is Outcome.REGRESSION
 
 
 def test_unchanged_trees_pass_with_the_reason() -> None:

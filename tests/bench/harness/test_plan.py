@@ -3,7 +3,7 @@
 from collections import Counter
 
 from alloc.formulations import Family
-from bench.harness.plan import LEAST_MS, MOST_MS, Contender, RunSettings, budget_ns, chosen, groups
+from bench.harness.plan import LEAST_MS, MOST_MS, Contender, RunSettings, budget_ns, groups, matching_choices
 from bench.harness.timing import CANARIES, NOOP
 from bench.record import Method
 
@@ -64,19 +64,21 @@ def test_a_demand_set_or_family_that_is_asked_once_is_in_the_first_repeat_only()
 
 
 def test_by_default_a_method_runs_as_a_vehicle_would_run_it() -> None:
-    assert chosen(CLOSED, SETTINGS) == [("-", "-")]
-    assert chosen(LIVE, SETTINGS) == [("reused", level) for level in ("default", "tight")]
-    assert chosen(SOFT, SETTINGS) == [("reused", "tight")]
-    assert chosen(ONE_SHOT, SETTINGS) == [("cold", "default")]
+    assert matching_choices(CLOSED, SETTINGS) == [("-", "-")]
+    assert matching_choices(LIVE, SETTINGS) == [("reused", level) for level in ("default", "tight")]
+    assert matching_choices(SOFT, SETTINGS) == [("reused", "tight")]
+    assert matching_choices(ONE_SHOT, SETTINGS) == [("cold", "default")]
 
 
 def test_starts_and_levels_that_the_settings_name_are_measured_where_a_method_offers_them() -> None:
     settings = RunSettings(vehicles=(), demands=(), starts=("warm",), levels=("tight",))
-    assert chosen(LIVE, settings) == [("warm", "tight")]
-    assert chosen(SOFT, settings) == []
-    assert chosen(CLOSED, settings) == [("-", "-")]  # a closed form has no choice
+    assert matching_choices(LIVE, settings) == [("warm", "tight")]
+    assert matching_choices(SOFT, settings) == []
+    assert matching_choices(CLOSED, settings) == [("-", "-")]  # a closed form has no choice
     exact = contender("qp/exact", ("cold", "warm"), ("default",))
-    assert chosen(exact, settings) == [("warm", "default")]  # an exact solver has no choice of a level
+    assert matching_choices(exact, settings) == [
+        ("warm", "default")
+    ]  # an exact solver has no choice of a level
 
 
 def test_a_cell_s_budget_follows_the_time_that_is_left_within_bounds() -> None:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.harness.timing import BATCH_NS, SLOW_NS, counted, no_garbage_collection, sample
+from bench.harness.timing import BATCH_NS, SLOW_NS, no_garbage_collection, sample, tally
 from bench.record.measured import binned
 
 INPUTS = list(range(7))
@@ -73,7 +73,7 @@ def test_a_stored_time_is_at_most_one_percent_off(ns: int) -> None:
 
 @given(st.lists(st.integers(0, 10**9), max_size=50))
 def test_a_histogram_loses_no_call_and_is_sorted(times: list[int]) -> None:
-    histogram = counted(times)
+    histogram = tally(times)
     assert sum(count for _, count in histogram) == len(times)
     assert histogram == sorted(histogram)
     assert len({ns for ns, _ in histogram}) == len(histogram)

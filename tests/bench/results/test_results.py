@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from scipy.stats import binom
 
-from bench.harness.timing import counted, sample
+from bench.harness.timing import sample, tally
 from bench.record import Batch, Judged, Key, Worker
 from bench.results.columns import Row
 from bench.results.columns import columns as all_columns
@@ -176,7 +176,7 @@ def test_a_call_counts_once_although_a_slow_one_is_stored_in_a_batch_and_singly(
             pass
 
     samples = sample(call, [range(10)], budget_ns=20_000_000)
-    cell = made_up.cell(batches=samples.batches, singles=counted(samples.singles), timed_ns=samples.timed_ns)
+    cell = made_up.cell(batches=samples.batches, singles=tally(samples.singles), timed_ns=samples.timed_ns)
     measured = row(tmp_path, cell)
     n = measured.n_calls
     assert isinstance(n, int)
