@@ -11,7 +11,7 @@ import pytest
 from alloc import Vehicle, load_vehicle
 from alloc.c import printed
 from alloc.c.compiled import compiler
-from alloc.program import Program, Where
+from alloc.program import Program, Scalar, Where, evaluate
 from bench.proof import Proof, Subject, answers, subject
 from bench.proof.proof import Claim, Rounding
 from bench.proof.rounding.claims import REFUSES, band_claim, verdict_band
@@ -246,3 +246,30 @@ def test_a_proof_s_first_line_is_the_least_of_its_claims() -> None:
     assert least(shown, numbers=[shown]) == "all shown"
     assert least(shown, tested, numbers=[]) == "all shown, but for 1 that are tested"
     assert least(shown, tested, numbers=[lacking]) == "1 of 3 claims not shown"
+
+
+@pytest.mark.xfail(strict=True, reason="docs/proof.md, Numbers: where products with tau overflow")
+@pytest.mark.parametrize(
+    ("name", "kernel", "scalar", "tau"),
+    [
+        (
+            *("bluerov2-heavy", "clip", "float"),
+            (0.0, 0.0, 5.249683651848541e37, 1.8445835994360808e38, -1.0098510755079352e38, 0.0),
+        ),
+        (
+            *("ukwial", "scaled", "double"),
+            (1.4501914567989153e308, 1.3389381806628896e308, -1.7394729420972155e308),
+        ),
+    ],
+)
+def test_a_demand_next_to_the_largest_number_is_answered_with_the_wrench_that_is_promised(
+    name: str, kernel: str, scalar: Scalar, tau: tuple[float, ...]
+) -> None:
+    """Sums that tell whether arguments are numbers stay finite there, and a maximum drops NaN."""
+    vehicle = load_vehicle(name)
+    program = read_back(subject(vehicle, kernel, scalar, "fixed"))[-1]
+    got = evaluate(replace(program, scalar=scalar), np.array([tau]))
+    wrench = got.share[0].prod() * np.array(tau)
+    kept = np.abs(vehicle.TP @ got.F[0] - wrench) <= 1e-3 * vehicle.wrench_scale
+    promises = (0, 1) if got.share.size else (0,)  # a rule's part of tau is any
+    assert got.status[0] not in promises or kept.all()
