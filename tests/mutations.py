@@ -44,22 +44,7 @@ WORDS = (
 )
 """What is put over bytes in binary files: numbers beyond any range, lengths beyond the file."""
 VALUES: tuple[Any, ...] = (
-    None,
-    True,
-    -1,
-    0,
-    1,
-    2**63,
-    1e308,
-    -1e308,
-    0.5,
-    "",
-    "x",
-    "1e5",
-    [],
-    [[]],
-    {},
-    [None],
+    *(None, True, -1, 0, 1, 2**63, 1e308, -1e308, 0.5, "", "x", "1e5", [], [[]], {}, [None]),
 )
 """What is put in the place of a value of a JSON document."""
 
@@ -69,11 +54,7 @@ _WORD = re.compile(rb"[A-Za-z_]\w*")
 
 def damaged(data: bytes, rng: np.random.Generator, binary: bool = False) -> bytes:
     """The bytes after one to three changes; ``binary`` files are changed as bytes, others as text."""
-    kinds = (
-        (_span, _overwritten, _overwritten, _cut)
-        if binary
-        else (_span, _piece, _number, _number, _line, _word, _cut)
-    )
+    kinds = BINARY if binary else TEXT
     for _ in range(rng.integers(1, 4)):
         data = kinds[rng.integers(len(kinds))](data, rng)
     return data

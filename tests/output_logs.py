@@ -91,11 +91,7 @@ def write_outputs_ulog(path: Path, t: FloatArray, u: FloatArray, volts: FloatArr
 
 
 def write_banks(
-    path: Path,
-    t: FloatArray,
-    banks: dict[int, FloatArray],
-    parameters: dict[str, int],
-    late: float = 5e-6,
+    path: Path, t: FloatArray, banks: dict[int, FloatArray], parameters: dict[str, int], late: float = 5e-6
 ) -> Path:
     """A ULog of the outputs (N, m) of each instance, one ``late`` [s] after the other, and parameters.
 

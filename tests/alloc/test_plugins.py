@@ -249,10 +249,7 @@ def test_a_function_that_takes_no_limits_is_not_asked_to_keep_those_of_a_call(tm
         ("def build(vehicle):\n    return 3\n", r"mine.py: build\(vehicle\) gave int; return a function"),
         ("def build(vehicle):\n    pass\n", r"mine.py: build\(vehicle\) gave NoneType; return a function"),
         ("build = 3\n", "mine.py: build is no function"),
-        (
-            "FAMILY = 'mine'\ndef build(vehicle): pass\n",
-            "FAMILY = 'mine'; give an alloc.plugin.Family: ",
-        ),
+        ("FAMILY = 'mine'\ndef build(vehicle): pass\n", "FAMILY = 'mine'; give an alloc.plugin.Family: "),
         ("FAMILY = 3\ndef build(vehicle): pass\n", "FAMILY = 3; give an alloc.plugin.Family"),
         ("FORMULATION = 3\ndef build(vehicle): pass\n", "FORMULATION = 3; give a name"),
         ("FORMULATION = 'hrad'\ndef build(vehicle): pass\n", "mine.py: the formulation 'hrad' .* 'hard'"),

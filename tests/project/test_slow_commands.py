@@ -55,7 +55,7 @@ ELSEWHERE = {
     "dask": ("tests/clusters.py", '"-m", "dask"'),
     "make .venv/all": (".ci/run", "make .venv/all"),
     "make bench": (".ci/interpreters", "thrustbench run"),
-    "make docs": (".ci/run", "make docs"),
+    "make docs": (".github/workflows/docs.yml", "make docs"),
     "make elsewhere": (".ci/run", ".ci/elsewhere user"),
     "make emulate": ("Makefile", "thrustbench emulate"),
     "make keep": ("tests/project/test_keep.py", '["make", "--no-print-directory", "keep"'),

@@ -44,11 +44,7 @@ LIMITED = tuple(name for name, each in recipes().items() if each.limited)
 
 
 def generate(
-    vehicle: Vehicle,
-    method: str,
-    scalar: Scalar = "double",
-    limits: Where = "fixed",
-    faults: Faults = "one",
+    vehicle: Vehicle, method: str, scalar: Scalar = "double", limits: Where = "fixed", faults: Faults = "one"
 ) -> dict[str, str]:
     """The C files of a method, without the page on them."""
     made = files_of(vehicle, method, scalar=scalar, limits=limits, faults=faults)

@@ -104,9 +104,7 @@ def test_a_lost_rank_gives_the_nearest_wrench_and_says_so(method: str) -> None:
 
 
 @pytest.mark.parametrize("method", ["pinv", "svd"])
-def test_a_vehicle_of_lower_rank_without_faults_is_solved_where_it_meets_the_wrench(
-    method: str,
-) -> None:
+def test_a_vehicle_of_lower_rank_without_faults_is_solved_where_it_meets_the_wrench(method: str) -> None:
     """The third of three columns is the sum of the others, so that no rounding hides the lost rank."""
     columns = np.array([[0.3, -0.7, 1.1], [0.9, 0.2, -0.4], [1.2, -0.5, 0.7]])
     vehicle = vehicle_of(columns.T)

@@ -63,8 +63,7 @@ OFTEN = {"a failed thruster works on"}
 
 
 @pytest.mark.parametrize(
-    "sabotage",
-    [pytest.param(each, marks=() if each in OFTEN else pytest.mark.long) for each in SABOTAGED],
+    "sabotage", [pytest.param(each, marks=() if each in OFTEN else pytest.mark.long) for each in SABOTAGED]
 )
 def test_the_self_test_finds_what_is_broken(sabotage: str, tmp_path: Path) -> None:
     needs("gcc")

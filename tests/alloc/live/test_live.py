@@ -18,9 +18,7 @@ def test_the_one_shot_route_gives_the_live_answer() -> None:
         assert np.abs(live.f - one_shot.f).max() <= 1e-9 * VEHICLE.f_scale
 
 
-def test_a_solver_that_qpsolvers_can_not_load_is_refused_when_built(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_solver_that_qpsolvers_can_not_load_is_refused_when_built(monkeypatch: pytest.MonkeyPatch) -> None:
     """qpsolvers reports it only when it solves, where it would count as a demand without an answer."""
     import qpsolvers
 

@@ -32,6 +32,16 @@ FULL_AHEAD = np.array([250.0, 250.0, -250.0, -250.0])
 """Ukwial's thrusts for most surge [N]: each at a limit."""
 
 needs_compiler = pytest.mark.skipif(bool(missing()), reason=missing())
+
+
+@pytest.fixture(params=names())
+def name(request: pytest.FixtureRequest) -> str:
+    """Each rival whose C can be generated here."""
+    if reason := load(request.param).missing():
+        pytest.skip(reason)
+    return str(request.param)
+
+
 Answered = Callable[[FloatArray], tuple[int, FloatArray]]
 
 
@@ -122,11 +132,8 @@ def test_a_demand_that_is_not_finite_is_told_before_the_solver_sees_it(
 
 
 @needs_compiler
-@pytest.mark.parametrize("name", names())
 def test_every_rival_finds_the_optimum_where_efforts_differ_and_belong_together(name: str) -> None:
     """H with all entries, and limits that are not alike."""
-    if reason := load(name).missing():
-        pytest.skip(reason)
     rng = np.random.default_rng(16)
     made = rng.standard_normal((5, 5))
     H = np.diag([1.0, 2.0, 3.0, 4.0, 5.0]) + 0.1 * made @ made.T
@@ -142,14 +149,11 @@ def test_every_rival_finds_the_optimum_where_efforts_differ_and_belong_together(
 
 
 @needs_compiler
-@pytest.mark.parametrize("name", names())
 @pytest.mark.parametrize("model", ["ukwial", "nautilus"])
 def test_every_rival_at_its_most_accurate_meets_what_can_be_met_as_its_binding_does(
     name: str, model: str
 ) -> None:
     """Demands near the limits. QOCO gives up on a fourth of Nautilus's; what it answers is right."""
-    if reason := load(name).missing():
-        pytest.skip(reason)
     vehicle = load_vehicle(model)
     rng = np.random.default_rng(5)
     taus = 0.95 * rng.uniform(vehicle.f_min, vehicle.f_max, (200, vehicle.n)) @ vehicle.TP.T
@@ -167,11 +171,8 @@ def test_every_rival_at_its_most_accurate_meets_what_can_be_met_as_its_binding_d
 
 @needs_compiler
 @pytest.mark.parametrize("scalar", ["double", "float"])
-@pytest.mark.parametrize("name", names())
 def test_an_answer_does_not_depend_on_the_calls_before_it(name: str, scalar: Scalar) -> None:
     """Demands far beyond reach drive OSQP's step size away; each demand is asked first, after it and last."""
-    if reason := load(name).missing():
-        pytest.skip(reason)
     vehicle = load_vehicle("bluerov2-heavy")
     made = wrapper.rival(name, vehicle, scalar, checked=False)
     function = ctypes.CDLL(str(shared_library(name, made.own, shared=made.shared)))[made.entry]
@@ -191,11 +192,8 @@ def test_an_answer_does_not_depend_on_the_calls_before_it(name: str, scalar: Sca
 
 @needs_compiler
 @pytest.mark.skipif(not shutil.which("nm"), reason="needs nm of the binutils")
-@pytest.mark.parametrize("name", names())
 def test_no_rival_asks_for_memory_or_the_time(name: str) -> None:
     """Imports of its C: mathematics, and copying within memory that it has."""
-    if reason := load(name).missing():
-        pytest.skip(reason)
     listing = ["nm", "-D", "--undefined-only", library(name, load_vehicle("ukwial"))]
     listed = subprocess.run(listing, capture_output=True, text=True, check=True).stdout
     needed = {line.split()[1].split("@")[0] for line in listed.splitlines() if line.split()[0] == "U"}
@@ -212,11 +210,8 @@ def test_every_rival_that_is_not_accurate_by_default_has_a_level_that_is() -> No
 
 
 @needs_compiler
-@pytest.mark.parametrize("name", names())
 def test_with_limits_that_jump_from_call_to_call_no_rival_leaves_them_or_claims_too_much(name: str) -> None:
     """Judged by alpha*, a linear program over the limits of each call; on the boundary anything goes."""
-    if reason := load(name).missing():
-        pytest.skip(reason)
     vehicle = load_vehicle("ukwial")
     rng = np.random.default_rng(16)
     low, high = np.sort(rng.uniform(vehicle.f_min, vehicle.f_max, (2, 60, vehicle.n)), axis=0)
