@@ -12,6 +12,7 @@ from alloc.vehicle.limits import Slew
 from bench.demands import build_demands, list_demands
 from bench.demands.store import Case, load_case, save_case
 from tests.not_asked import not_asked
+from tests.readers import written
 
 WHOLE = [load_vehicle(name) for name in list_vehicles()]
 STATES = WHOLE + [v.with_fault(0) for v in WHOLE]
@@ -163,8 +164,7 @@ def test_limits_of_a_log_that_cross_are_counted_apart_from_what_can_not_be_met_a
         "1,0,0,0,0,0,5,5",
         "1,0,0,0,0,0,6,5",
     ]
-    path = tmp_path / "dive.csv"
-    path.write_text("\n".join([f"{axes},f0_min,f0_max", *rows]) + "\n")
+    path = written(tmp_path / "dive.csv", "\n".join([f"{axes},f0_min,f0_max", *rows]) + "\n")
     dive = build_demands(path, load_vehicle("bluerov2-heavy"), seed=1, n=3)
     assert (dive.crossed, dive.beyond, dive.left_out) == (2, 1, 2)
     assert dive.crossing.tolist() == [False, False, True]

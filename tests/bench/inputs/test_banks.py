@@ -15,6 +15,7 @@ from bench.__main__ import cli, main
 from bench.inputs.logs import LogOptions, read_log
 from bench.inputs.outputs import read_outputs
 from tests.output_logs import write_banks, write_bin, write_ulog_of
+from tests.readers import written
 
 VEHICLE = load_vehicle("bluerov2-heavy")
 T = np.arange(20) * 0.1
@@ -244,8 +245,7 @@ def test_setpoints_of_several_instances_are_chosen_by_the_user(tmp_path: Path) -
 
 
 def test_a_topic_of_a_log_without_instances_is_refused(tmp_path: Path) -> None:
-    file = tmp_path / "u.csv"
-    file.write_text(",".join(f"u{i}" for i in range(8)) + "\n" + ",".join(["1600"] * 8))
+    file = written(tmp_path / "u.csv", ",".join(f"u{i}" for i in range(8)) + "\n" + ",".join(["1600"] * 8))
     with pytest.raises(
         DemandError, match="has no instances to choose of; --topic is for ULogs, leave it out"
     ):

@@ -268,8 +268,10 @@ def test_a_full_disk_leaves_nothing_half_written() -> None:
 @pytest.mark.parametrize("empty", ["", "NaN", "nan"])
 def test_a_row_without_any_demand_is_left_out_and_counted(tmp_path: Path, empty: str) -> None:
     """Tools that merge logs by time fill what another sensor wrote with NaN."""
-    file = tmp_path / "merged.csv"
-    file.write_text(f"t,depth,surge,sway,yaw\n0,1,2,3,4\n1,5,{empty},{empty},{empty}\n2,6,3,4,5\n")
+    file = written(
+        tmp_path / "merged.csv",
+        f"t,depth,surge,sway,yaw\n0,1,2,3,4\n1,5,{empty},{empty},{empty}\n2,6,3,4,5\n",
+    )
     log = read_demands(file, ("surge", "sway", "yaw"))
     assert log.taus.tolist() == [[2, 3, 4], [3, 4, 5]]
     assert "1 rows without a demand" in log.said

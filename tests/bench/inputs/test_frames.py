@@ -25,6 +25,7 @@ from bench.inputs.frames import of_id
 from bench.inputs.logs import LogOptions, log_for, read_log
 from bench.inputs.starter import first_demands
 from tests.log_files import PLANAR, WRITERS, write_bag1, write_bag2, write_ulog
+from tests.readers import written
 
 BOX = """\
 name: box
@@ -97,8 +98,7 @@ def test_a_log_gives_the_same_thrusts_on_either_vehicle(
     """Red before: the same demands as a bag and as a CSV gave opposite thrusts, and no line named a frame."""
     t = np.arange(3) / 50
     if kind == "csv with its frame":
-        log = tmp_path / "log.csv"
-        log.write_text(format_demands(t, turned(TAU.T, DOF).T, DOF, frame="flu"))
+        log = written(tmp_path / "log.csv", format_demands(t, turned(TAU.T, DOF).T, DOF, frame="flu"))
     else:
         log = WRITERS[kind](tmp_path, t, TAU)
     result = thrustbench("allocate", "--vehicle", box[frame], "--method", "nullspace", log)
@@ -114,14 +114,12 @@ def test_a_log_gives_the_same_thrusts_on_either_vehicle(
 
 
 def allocated_in_frd(box: dict[str, Path], tmp_path: Path) -> FloatArray:
-    plain = tmp_path / "plain.csv"
-    plain.write_text(format_demands(None, TAU, DOF, frame="frd"))
+    plain = written(tmp_path / "plain.csv", format_demands(None, TAU, DOF, frame="frd"))
     return allocated(box["frd"], plain)
 
 
 def test_the_frame_of_a_log_stands_in_one_line_also_where_nothing_was_turned(tmp_path: Path) -> None:
-    file = tmp_path / "log.csv"
-    file.write_text("surge,sway,yaw\n1,2,3\n")
+    file = written(tmp_path / "log.csv", "surge,sway,yaw\n1,2,3\n")
     for told, frame, says in (
         ("", "frd", "frame frd (the file names none), the vehicle's own, nothing turned"),
         ("", "flu", "frame flu (the file names none), the vehicle's own, nothing turned"),
@@ -146,8 +144,7 @@ def test_the_frame_of_a_log_stands_in_one_line_also_where_nothing_was_turned(tmp
 )
 def test_a_comment_says_the_frame_much_as_people_write_it(comment: str, tmp_path: Path) -> None:
     """The file with "# Frame: FLU" was said to name none, and sway and yaw had the wrong sign."""
-    file = tmp_path / "log.csv"
-    file.write_text(f"{comment}\n# frame rate: 50 Hz\nsurge,sway,yaw\n1,2,3\n")
+    file = written(tmp_path / "log.csv", f"{comment}\n# frame rate: 50 Hz\nsurge,sway,yaw\n1,2,3\n")
     np.testing.assert_array_equal(read_log(file, PLANAR).taus, [[1, -2, -3]])
 
 
@@ -163,8 +160,7 @@ def test_a_comment_says_the_frame_much_as_people_write_it(comment: str, tmp_path
 def test_a_frame_that_is_none_or_two_is_refused_until_the_user_says_one(
     comments: str, named: str, tmp_path: Path
 ) -> None:
-    file = tmp_path / "log.csv"
-    file.write_text(f"{comments}surge,sway,yaw\n1,2,3\n")
+    file = written(tmp_path / "log.csv", f"{comments}surge,sway,yaw\n1,2,3\n")
     with pytest.raises(DemandError, match=rf"log\.csv: its comment states frame {named}, expected frd"):
         read_log(file, PLANAR)
     assert "frame flu (--frame)" in read_log(file, PLANAR, LogOptions(frame="flu")).said
@@ -192,8 +188,7 @@ def test_a_comment_about_axes_in_another_form_is_refused_with_the_form_to_write(
     comment: str, tmp_path: Path
 ) -> None:
     """'the file names none' was said, nothing turned, and four signs were wrong in a vehicle in flu."""
-    file = tmp_path / "log.csv"
-    file.write_text(f"# dive 7\n{comment}\nsurge,sway,yaw\n1,2,3\n")
+    file = written(tmp_path / "log.csv", f"# dive 7\n{comment}\nsurge,sway,yaw\n1,2,3\n")
     says = "its comment states frame x" if "frame: x" in comment else f"line 2: {comment!r} may state a frame"
     with pytest.raises(DemandError, match=f"{re.escape(says)}.* give --frame frd or flu$") as refused:
         read_log(file, PLANAR)
@@ -208,8 +203,7 @@ def test_a_comment_about_axes_in_another_form_is_refused_with_the_form_to_write(
     "comment", ["# leak on the port bow", "# z up to 3 m", "# frame rate 50 Hz", "# fluid"]
 )
 def test_a_comment_about_other_things_says_no_frame(comment: str, tmp_path: Path) -> None:
-    file = tmp_path / "log.csv"
-    file.write_text(f"{comment}\nsurge,sway,yaw\n1,2,3\n")
+    file = written(tmp_path / "log.csv", f"{comment}\nsurge,sway,yaw\n1,2,3\n")
     assert "the file names none" in read_log(file, PLANAR).said
 
 
@@ -232,8 +226,7 @@ def test_a_comment_and_a_column_about_other_axes_are_refused_until_a_frame_is_sa
 ) -> None:
     """The comment was taken, and of the column that contradicts it nothing was said."""
     for comment, name, cell in (("frd", "frame", "flu"), ("flu", "frame_id", "base_link_ned")):
-        file = tmp_path / "log.csv"
-        file.write_text(f"# frame: {comment}\n{name},surge,sway,yaw\n{cell},1,2,3\n")
+        file = written(tmp_path / "log.csv", f"# frame: {comment}\n{name},surge,sway,yaw\n{cell},1,2,3\n")
         if told:
             assert read_log(file, PLANAR, LogOptions(frame=told)).taus.tolist() == [[1, -2, -3]]
             continue
@@ -303,8 +296,7 @@ def test_columns_named_as_in_ros_need_a_frame_on_a_vehicle_with_z_down(
     tmp_path: Path, header: str, frame: str, columns: str, refused: bool
 ) -> None:
     """They were taken as they stand, with a warning."""
-    file = tmp_path / "log.csv"
-    file.write_text(f"{header}\n1,2,3\n")
+    file = written(tmp_path / "log.csv", f"{header}\n1,2,3\n")
     given = parse_columns(columns.format(*header.split(",")))
     if refused:
         with pytest.raises(DemandError, match=r"is named as in ROS, where z is up, .* give --frame flu"):
@@ -345,15 +337,13 @@ def test_a_vehicle_exported_and_imported_keeps_its_frame(
         assert f"# frame: {frame}" in there.read_text()
         thrustbench("import", there, "--f-min", "-31", "--f-max", "43", "-o", back)
         assert load_vehicle(back).frame == frame
-        log = tmp_path / "ask.csv"
-        log.write_text(format_demands(None, TAU, DOF, frame="frd"))
+        log = written(tmp_path / "ask.csv", format_demands(None, TAU, DOF, frame="frd"))
         answers.append(allocated(back, log))
     np.testing.assert_allclose(answers[0], answers[1], rtol=0, atol=1e-9)
 
 
 def test_demands_of_a_run_are_labelled_alike_in_either_frame(box: dict[str, Path], tmp_path: Path) -> None:
-    log = tmp_path / "log.csv"
-    log.write_text(format_demands(None, np.vstack([TAU, 20 * TAU]), DOF, frame="frd"))
+    log = written(tmp_path / "log.csv", format_demands(None, np.vstack([TAU, 20 * TAU]), DOF, frame="frd"))
     made = [build_demands(log, load_vehicle(box[frame]), 0) for frame in ("frd", "flu")]
     np.testing.assert_array_equal(made[0].labels, made[1].labels)
     assert len(set(made[0].labels.tolist())) > 1
@@ -448,8 +438,7 @@ def test_a_column_that_states_a_frame_is_read_or_refused(
     name: str, cell: str, yaw: float | None, said: str, tmp_path: Path
 ) -> None:
     """It said flu, and the program that the file names no frame; sway and yaw had the other sign."""
-    file = tmp_path / "log.csv"
-    file.write_text(f"{name},surge,sway,yaw\n{cell},1,2,3\n")
+    file = written(tmp_path / "log.csv", f"{name},surge,sway,yaw\n{cell},1,2,3\n")
     if yaw is None:
         with pytest.raises(DemandError, match=re.escape(said)):
             log_for(load_vehicle("ukwial"), file)

@@ -18,6 +18,7 @@ from bench.inputs.demand_csv import esc_columns, read_demands
 from bench.inputs.logs import ulog as px4
 from bench.inputs.outputs import read_outputs
 from tests.output_logs import write_bin, write_outputs_ulog
+from tests.readers import written
 
 VEHICLE = load_vehicle("bluerov2-heavy")
 T = np.arange(50) * 0.02
@@ -113,8 +114,9 @@ def test_demands_and_times_beside_commands_are_found_as_in_a_log_of_demands(tmp_
     table = np.column_stack([1000 * T, np.zeros(50), TAUS * signs / 1000, VOLTS, SENT.u])
     rows = [[repr(cell) for cell in row] for row in table.tolist()]
     rows[7][2:8] = [""] * 6
-    file = tmp_path / "logger.csv"
-    file.write_text("# frame: flu\n" + "\n".join(",".join(row) for row in [head, *rows]))
+    file = written(
+        tmp_path / "logger.csv", "# frame: flu\n" + "\n".join(",".join(row) for row in [head, *rows])
+    )
     outputs = read_outputs(file, VEHICLE)
     assert outputs.t == pytest.approx(T)
     assert outputs.taus is not None
@@ -276,8 +278,7 @@ def test_two_dives_in_one_ulog_are_not_shuffled_into_one(
 
 
 def test_a_pulse_of_0_is_none(tmp_path: Path) -> None:
-    file = tmp_path / "u.csv"
-    file.write_text("u0,u1,u2,u3,u4,u5,u6,u7\n" + "1600,0,0,1500,1500,1500,1500,1500\n")
+    file = written(tmp_path / "u.csv", "u0,u1,u2,u3,u4,u5,u6,u7\n" + "1600,0,0,1500,1500,1500,1500,1500\n")
     made = made_by(read_outputs(file, VEHICLE), VEHICLE)
     assert made.taus == pytest.approx(VEHICLE.thrusts([1600, *[1500] * 7])[None] @ VEHICLE.T.T)
     assert not made.at_end.any()
@@ -336,8 +337,7 @@ def test_commands_at_a_voltage_without_a_curve_are_told_with_how_many(tmp_path: 
 
 
 def test_that_no_voltage_was_measured_is_said_where_curves_follow_it(tmp_path: Path) -> None:
-    file = tmp_path / "u.csv"
-    file.write_text(",".join(f"u{i}" for i in range(8)) + "\n" + ",".join(["1600"] * 8))
+    file = written(tmp_path / "u.csv", ",".join(f"u{i}" for i in range(8)) + "\n" + ",".join(["1600"] * 8))
     assert "no voltage was measured, that of 'esc' is taken" in read_outputs(file, VEHICLE).said
     one = replace(VEHICLE, esc=tuple(replace(e, volts=e.volts[:1], curve=e.curve[:1]) for e in VEHICLE.esc))
     assert "voltage" not in read_outputs(file, one).said

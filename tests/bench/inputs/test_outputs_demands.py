@@ -15,6 +15,7 @@ from bench.inputs.demand_csv import csv_text
 from bench.inputs.logs import read_log
 from bench.inputs.outputs import read_outputs
 from tests.output_logs import write_bin, write_outputs_ulog
+from tests.readers import written
 
 VEHICLE = load_vehicle("bluerov2-heavy")
 T = np.arange(5) * 0.02
@@ -94,8 +95,7 @@ def test_a_row_without_the_battery_s_voltage_says_how_to_fill_it_in(tmp_path: Pa
 
 
 def test_a_frame_of_a_log_without_demands_and_one_that_is_none_are_refused(tmp_path: Path) -> None:
-    file = tmp_path / "u.csv"
-    file.write_text("u0,u1,u2,u3,u4,u5,u6,u7\n" + "1500," * 7 + "1500\n")
+    file = written(tmp_path / "u.csv", "u0,u1,u2,u3,u4,u5,u6,u7\n" + "1500," * 7 + "1500\n")
     with pytest.raises(AllocError, match="has no demands that could be in a frame; leave out --frame flu"):
         read_outputs(file, VEHICLE, frame="flu")
     with pytest.raises(AllocError, match="its comment states frame enu, expected frd or flu"):
@@ -131,12 +131,10 @@ def test_a_scale_counts_beside_commands_and_is_refused_without_demands(tmp_path:
     for factor in (1.0, 40.0):
         header = [*VEHICLE.dof, *(f"u{i}" for i in range(8))]
         rows = np.column_stack([0.2 * 40 / factor * SHARES, REST]).tolist()
-        file = tmp_path / f"{factor:g}.csv"
-        file.write_text(csv_text(header, rows))
+        file = written(tmp_path / f"{factor:g}.csv", csv_text(header, rows))
         done = CliRunner().invoke(cli, [*command, str(file), "--scale", f"{factor:g}"], standalone_mode=False)
         undone.append(done.stdout.partition("undone")[2].splitlines()[0])
     assert undone[0] == undone[1]
-    bare = tmp_path / "u.csv"
-    bare.write_text(csv_text([f"u{i}" for i in range(8)], REST.tolist()))
+    bare = written(tmp_path / "u.csv", csv_text([f"u{i}" for i in range(8)], REST.tolist()))
     done = CliRunner().invoke(cli, [*command, str(bare), "--scale", "2"], standalone_mode=False)
     assert "has no demands that could be scaled; leave out --scale" in str(done.exception)

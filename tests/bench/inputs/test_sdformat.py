@@ -11,6 +11,7 @@ import pytest
 from alloc import AllocError
 from bench.inputs.formats import sdf as reader
 from bench.inputs.imported import ImportOptions, import_vehicle
+from tests.readers import written
 
 pytest.importorskip("defusedxml", reason="needs the extra urdf")
 pytest.importorskip("urdf_parser_py", reason="needs the extra urdf")
@@ -177,8 +178,7 @@ def theirs(program: Path, file: Path) -> list[tuple[str, list[float]]]:
 def test_each_version_is_read_as_libsdformat_reads_it(
     tmp_path: Path, probe: Path, body: str, version: str
 ) -> None:
-    file = tmp_path / "m.sdf"
-    file.write_text(sdf(version, body))
+    file = written(tmp_path / "m.sdf", sdf(version, body))
     found = theirs(probe, file)
     assert [kind for kind, _ in found if kind == "error"] == []
     draft = reader.read(file)
