@@ -32,6 +32,7 @@ SUFFIXES = (".ulg", ".ulog")
 TOPIC = True
 """``read_outputs`` takes instances of banks: ``PWM_MAIN=0,PWM_AUX=1``; a number alone without parameters."""
 THRUST, TORQUE = "vehicle_thrust_setpoint", "vehicle_torque_setpoint"
+XYZ = ("xyz[0]", "xyz[1]", "xyz[2]")
 OUTPUTS, BATTERY = "actuator_outputs", "battery_status"
 PX4 = Stated("frd", "as PX4 has it")
 FIRST_MOTOR = 101
@@ -76,7 +77,8 @@ def _chosen(path: Path, sets: dict[str, Instances], topic: str) -> Demanded:
     for name in (THRUST, TORQUE):
         if not sets[name]:
             raise DemandError(f"{path}: holds no {name}; log it (SDLOG_PROFILE, default set)")
-    logs = {str(i): _setpoints(sets[THRUST][i], sets[TORQUE][i]) for i in sets[THRUST] if i in sets[TORQUE]}
+    both = sorted(sets[THRUST].keys() & sets[TORQUE].keys())
+    logs = {str(i): _setpoints(path, sets[THRUST][i], sets[TORQUE][i]) for i in both}
     if topic in logs:
         return logs[topic]
     if topic or not logs:
@@ -92,14 +94,12 @@ def _chosen(path: Path, sets: dict[str, Instances], topic: str) -> Demanded:
     return next(iter(logs.values()))
 
 
-def _setpoints(thrust: dict[str, Any], torque: dict[str, Any]) -> Demanded:
-    held = np.searchsorted(torque["timestamp"], thrust["timestamp"], side="right") - 1
-    kept = held >= 0
-    columns = [np.asarray(thrust[f"xyz[{i}]"], dtype=np.float64)[kept] for i in range(3)]
-    columns += [np.asarray(torque[f"xyz[{i}]"], dtype=np.float64)[held[kept]] for i in range(3)]
-    times = np.asarray(thrust["timestamp"], dtype=np.int64)[kept]
-    start = times[0] if len(times) else 0
-    return Demanded((times - start) / 1e6, np.stack(columns, axis=1), stated=PX4, shares=True)
+def _setpoints(path: Path, thrust: Columns, torque: Columns) -> Demanded:
+    """Demands of one instance: each thrust with the torque that held then, from the first torque on."""
+    (times, forces), (since, moments) = (_timed(path, data, *XYZ) for data in (thrust, torque))
+    kept = times >= since[0]
+    taus = np.hstack([forces[kept], hold_last(since, moments, times[kept])])
+    return Demanded(times[kept] - times[kept][:1], taus, stated=PX4, shares=True)
 
 
 class Pin(NamedTuple):
@@ -148,9 +148,8 @@ def _outputs(
     if any(len(sets[name]) > 1 for name in (THRUST, TORQUE)):
         of_taus = f"{path.name}: several instances of {THRUST} or {TORQUE}; none is compared with the outputs"
     elif all(sets[name] for name in (THRUST, TORQUE)):
-        xyz = [f"xyz[{i}]" for i in range(3)]
         asked = [next(iter(sets[name].values())) for name in (THRUST, TORQUE)]
-        six = np.hstack([hold_last(*_timed(path, data, *xyz), times) for data in asked])
+        six = np.hstack([hold_last(*_timed(path, data, *XYZ), times) for data in asked])
         taus = six[:, [DOF.index(axis) for axis in vehicle.dof]]
     banks = dict.fromkeys(pin.bank for pin in wiring.pins)
     named = {pin: f"{pin.bank} {pin.channel}" if len(banks) > 1 else str(pin.channel) for pin in wiring.pins}
@@ -319,6 +318,6 @@ def _commands(path: Path, pins: Sequence[Pin], instances: Instances) -> tuple[Fl
     return times, values[:, np.argsort([motor for there in by_instance.values() for motor in there])], lost
 
 
-def _timed(path: Path, data: dict[str, Any], *keys: str) -> tuple[FloatArray, FloatArray]:
+def _timed(path: Path, data: Columns, *keys: str) -> tuple[FloatArray, FloatArray]:
     """Times (N,) [s] and what was logged then (N, keys), in order."""
     return timed(path, data["timestamp"], [data[key] for key in keys])
