@@ -138,7 +138,8 @@ def build_kernel(
         return _library(method, vehicle, scalar, limits)
     if method in rivals():
         return _rival(method, vehicle, scalar, limits)
-    return _native(method, vehicle, scalar, limits, faults)
+    twin = recipe(own()[method])
+    return native_kernel(Target(vehicle=vehicle, method=twin, scalar=scalar, limits=limits, faults=faults))
 
 
 def as_c(wanted: Iterable[str]) -> tuple[str, ...]:
@@ -153,20 +154,19 @@ def check(method: str) -> None:
         raise UnknownName(f"no C is generated for method '{method}'; there is {', '.join(known)}")
 
 
-def _native(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where, faults: Faults) -> Kernel:
-    twin = own()[method]
-    target = Target(vehicle=vehicle, method=recipe(twin), scalar=scalar, limits=limits, faults=faults)
+def native_kernel(target: Target, files: Mapping[str, str] | None = None) -> Kernel:
+    """The C that this project generates for a target; ``files`` are that C where it was made before."""
     return Kernel(
-        method=method,
-        twin=twin,
-        scalar=scalar,
-        k=vehicle.k,
-        n=vehicle.n,
+        method=f"{target.method.name}@native",
+        twin=target.method.name,
+        scalar=target.scalar,
+        k=target.vehicle.k,
+        n=target.vehicle.n,
         entry=target.name,
         declaration=f'#include "{target.name}.h"',
         arguments=target.arguments("-1"),
-        sources=sources(target),
-        limits=limits,
+        sources=sources(target) if files is None else files,
+        limits=target.limits,
         levels=target.levels,
     )
 

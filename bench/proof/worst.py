@@ -8,11 +8,10 @@ from types import MappingProxyType
 import numpy as np
 
 from alloc.allocation import FloatArray, IndexArray
-from alloc.c import arguments
 from bench.chips.bounds import Unbounded, bound
 from bench.chips.count import count
 from bench.chips.image import Image, link
-from bench.chips.kernels import Kernel
+from bench.chips.kernels import Kernel, native_kernel
 from bench.chips.processors import Processor, processors
 from bench.chips.search import PARENTS, climb, with_fault_argument
 from bench.chips.toolchain import ToolError, missing, versions
@@ -136,20 +135,7 @@ def _searched(
 
 def _kernel(of: Subject) -> Kernel:
     """The kernel as the emulator's driver calls it, with the fault as one number more behind tau."""
-    whole = Kernel(
-        method=f"{of.kernel}@native",
-        twin=of.kernel,
-        scalar=of.scalar,
-        k=of.vehicle.k,
-        n=of.vehicle.n,
-        entry=of.name,
-        declaration=f'#include "{of.name}.h"',
-        arguments=arguments(of.limits, of.levels, "-1"),
-        sources=of.files,
-        limits=of.limits,
-        levels=of.levels,
-    )
-    return with_fault_argument(whole)
+    return with_fault_argument(native_kernel(of.target, of.files))
 
 
 def _extremes(of: Subject, fault: int, scalar: type[np.floating]) -> FloatArray:
