@@ -158,12 +158,12 @@ class Measurements(NamedTuple):
     Attributes
     ----------
     columns : by name, one entry for each layout that keeps to the constraints and has full rank
-    kept : (M,) which of the layouts those are
+    places : (M,) which of the layouts those are
     refused : by constraint, or ``rank``, how many layouts break it first
     """
 
     columns: Columns
-    kept: NDArray[np.int64]
+    places: NDArray[np.int64]
     refused: dict[str, int]
 
 

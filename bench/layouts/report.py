@@ -97,7 +97,7 @@ def draw_front(said: StudySummary, base: tuple[float, float], name: str) -> "Fig
     assert said.front is not None
     figure = Figure((7.5, 4.5))
     axes = figure.add_subplot()
-    every = np.concatenate(said.drawn)
+    every = np.concatenate(said.points)
     axes.plot(*every.T, ".", color=GREY, markersize=2, alpha=0.5, label=f"layouts ({len(every):,} drawn)")
     whole, after = (said.front[key].to_numpy() for key in ("authority", "authority_after_one"))
     axes.plot(whole, after, "o", color=BLUE, markersize=4, label="Pareto front")
@@ -252,7 +252,7 @@ def _best_row(space: LayoutSpace, row: dict[str, Any]) -> tuple[str, ...]:
 
 
 def _place_row(said: StudySummary, name: str, own: float) -> tuple[str, ...]:
-    counted = said.counted[name] if np.isfinite(own) else 0
+    counted = said.comparable[name] if np.isfinite(own) else 0
     better = 100 * said.better[name] / counted if counted else np.nan
     return _words(name), _number(own, ".4g"), _number(said.best[name], ".4g"), _number(better, ".2f", " %")
 
@@ -265,7 +265,7 @@ def _uncounted(said: StudySummary) -> str:
     """Figure that is not counted for every layout: only the closed form's volume is left out for some."""
     return "".join(
         f"Of {_words(name)}, {count:,} of {said.even:,} layouts counted (up to {MOST_THRUSTERS} thrusters).\n"
-        for name, count in said.counted.items()
+        for name, count in said.comparable.items()
         if count < said.even
     )
 

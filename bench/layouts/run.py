@@ -45,12 +45,12 @@ class Done:
     Attributes
     ----------
     layouts, total : worked out so far, refused ones included, and how many there will be
-    kept : of them by this call, not by an earlier one
+    computed : of them by this call, not by an earlier one
     """
 
     layouts: int
     total: int
-    kept: int
+    computed: int
 
 
 def count_layouts(document: StudyDocument, space: LayoutSpace, n: int | None) -> int:
@@ -152,7 +152,7 @@ def _round(
     watch(done)
     for task, data in compute(missing):
         keep(shards, task, data)
-        done = Done(done.layouts + task.count, done.total, done.kept + task.count)
+        done = Done(done.layouts + task.count, done.total, done.computed + task.count)
         watch(done)
     return done
 
@@ -213,13 +213,13 @@ def bar(console: Console) -> Iterator[Callable[[Done], None]]:
         def watch(now: Done) -> None:
             nonlocal last
             last = now
-            rate = now.kept / max(time.monotonic() - began, 1e-3)
+            rate = now.computed / max(time.monotonic() - began, 1e-3)
             said = f"{now.layouts:,} of {now.total:,} layouts, {rate:,.0f} a second"
             shown.update(task, completed=now.layouts, total=now.total, description=said)
 
         yield watch
     seconds = time.monotonic() - began
     console.print(
-        f"{last.kept:,} layouts in {seconds:.1f} s, {last.kept / max(seconds, 1e-3):,.0f} a second",
+        f"{last.computed:,} layouts in {seconds:.1f} s, {last.computed / max(seconds, 1e-3):,.0f} a second",
         highlight=False,
     )

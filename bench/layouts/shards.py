@@ -146,11 +146,11 @@ def compute(space: LayoutSpace, task: ShardTask, source: str) -> bytes:
     parameters = values(space, task)
     counted = measure(space, parameters)
     columns = {
-        "round": pa.array(np.full(len(counted.kept), task.round, dtype=np.int16)),
-        "layout": pa.array(task.first + counted.kept),
+        "round": pa.array(np.full(len(counted.places), task.round, dtype=np.int16)),
+        "layout": pa.array(task.first + counted.places),
     }
     for parameter, column in zip(space.parameters, parameters, strict=True):
-        columns[parameter.name] = pa.array(column[counted.kept])
+        columns[parameter.name] = pa.array(column[counted.places])
     for name, numbers in counted.columns.items():
         kind = pa.int16() if name in COUNTS else pa.float64()
         columns[name] = pa.array(np.asarray(numbers), from_pandas=True).cast(kind)  # NaN becomes null

@@ -103,12 +103,12 @@ class StudySummary:
     measured : of them that keep to the constraints and have full rank
     refused : the others, by what refused them first
     even : layouts of the study's own round, spread evenly; those of refinement crowd around the best
-    counted : by column of COMPARED, how many of the even ones have that number
+    comparable : by column of COMPARED, how many of the even ones have that number
     better : by column of COMPARED, how many of those are better than the base
     at_least_as_good : layouts that beat the base in something that counts, and lose in nothing
     best : by column of COMPARED, the largest number of any layout
     front : the Pareto front
-    drawn : (M, 2) authority whole and after the worst failure of layouts to draw
+    points : (M, 2) authority whole and after the worst failure of layouts to draw
     bins : outcome, parameter, part of its span: count, sum and sum of squares of the outcome
     """
 
@@ -116,12 +116,12 @@ class StudySummary:
     measured: int = 0
     refused: dict[str, int] = field(default_factory=dict)
     even: int = 0
-    counted: dict[str, int] = field(default_factory=lambda: dict.fromkeys(COMPARED, 0))
+    comparable: dict[str, int] = field(default_factory=lambda: dict.fromkeys(COMPARED, 0))
     better: dict[str, int] = field(default_factory=lambda: dict.fromkeys(COMPARED, 0))
     at_least_as_good: int = 0
     best: dict[str, float] = field(default_factory=lambda: dict.fromkeys(COMPARED, float("-inf")))
     front: "pa.Table | None" = None
-    drawn: list[FloatArray] = field(default_factory=list)
+    points: list[FloatArray] = field(default_factory=list)
     bins: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def matters(self) -> FloatArray:
@@ -194,14 +194,14 @@ def _add(
     said.even += int(drawn_evenly.sum())
     for name in COMPARED:
         column, least = table[name].to_numpy(), float(base[name][0])
-        said.counted[name] += int((drawn_evenly & ~np.isnan(column)).sum())
+        said.comparable[name] += int((drawn_evenly & ~np.isnan(column)).sum())
         said.better[name] += int((drawn_evenly & (column > least + EQUAL * abs(least))).sum())
         said.best[name] = float(np.fmax(said.best[name], np.fmax.reduce(column)))
     points, room = losses(table), EQUAL * np.abs(own)
     beats = (points <= own + room).all(axis=1) & (points < own - room).any(axis=1)
     said.at_least_as_good += int(beats.sum())
     chosen = table["layout"].to_numpy() % stride == 0
-    said.drawn.append(
+    said.points.append(
         np.array([table["authority"].to_numpy()[chosen], table["authority_after_one"].to_numpy()[chosen]]).T
     )
     for p, parameter in enumerate(parameters):

@@ -128,7 +128,7 @@ def test_it_is_counted_on_a_processor_and_agrees_there(meek: str) -> None:
 def test_a_project_for_a_board_asks_it(meek: str, tmp_path: Path) -> None:
     asked = plan(load_vehicle("ukwial"), as_c([meek]), ["infeasible"], "double", "call", 5, 1)
     assert [kernel.twin for kernel in asked.kernels] == [meek]
-    assert not asked.left_out
+    assert not asked.omissions
     write(asked, tmp_path)
     assert list(tmp_path.rglob(f"ukwial_{meek}_call.c"))
 

@@ -192,9 +192,9 @@ def test_layouts_that_break_a_constraint_have_no_row_and_are_counted(tmp_path: P
         [x if p.name == "bow.x" else np.full(31, p.at(np.array(0.5))) for p in space.parameters]
     )
     found = measure(space, values)
-    assert found.kept.tolist() == np.flatnonzero(x <= 0.25).tolist()
-    assert found.refused == {"box.x": 31 - len(found.kept)}
-    assert len(found.columns["authority"]) == len(found.kept)
+    assert found.places.tolist() == np.flatnonzero(x <= 0.25).tolist()
+    assert found.refused == {"box.x": 31 - len(found.places)}
+    assert len(found.columns["authority"]) == len(found.places)
 
 
 def test_a_group_moves_as_mirror_images_and_may_be_absent_or_more(tmp_path: Path) -> None:
