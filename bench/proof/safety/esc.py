@@ -11,7 +11,7 @@ from bench.proof import tools
 from bench.proof.proof import Claim, not_shown
 from bench.proof.safety import eva
 from bench.proof.safety.claims import stateless
-from bench.proof.safety.harness import MAIN, SPLIT, any_bits
+from bench.proof.safety.harness import ANALYSED, MAIN, SPLIT, any_bits
 from bench.proof.source import NotRead, Subject, of_all_branches, parsed, static_variables
 
 NO_ERROR = (
@@ -68,7 +68,7 @@ def claims(of: Subject, folder: Path) -> list[Claim]:
         text = re.sub(usual, told, text)
     try:
         read = any_bits({**of.files, **made, name: text}, name, KNOWN)
-        found = eva.analyse({name: read, MAIN: _main(of)}, place)
+        found = eva.analyse({ANALYSED: read, MAIN: _main(of)}, place)
     except (NotRead, ToolError) as reason:
         found = eva.Analysis([], False, [str(reason)])
     shown = [eva.claim(NO_ERROR, found, *found.alarms(*LABELS)), eva.claim(RANGE, found, *sorted(LABELS))]
@@ -95,7 +95,7 @@ def _main(of: Subject) -> str:
     # As in the prototype that ``any_bits`` makes of the header's.
     taken = of.target.parameters().replace("const ", "const volatile ")
     return f"""\
-#include "{of.name}_esc.c"
+#include "{ANALYSED}"
 
 extern volatile {of.scalar} any;
 extern volatile int found;

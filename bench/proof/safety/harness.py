@@ -13,7 +13,8 @@ from alloc.methods import recipe
 from alloc.program import Scalar
 from bench.proof.source import ANSWERED, NotRead, Subject, literal, parsed
 
-MAIN = "main.c"
+MAIN, ANALYSED = "main.c", "analysed.c"
+"""The call of the C, and the C as the analyser reads it: its lines are others than those that are printed."""
 CONSTANT = ("of", "low", "high")
 """Arrays of constants, where limits are the vehicle's: ``of`` points at a table."""
 REALS = {"double", "float"}
@@ -30,7 +31,7 @@ def harness(of: Subject) -> dict[str, str]:
     name = f"{of.name}.c"
     known = CONSTANT if of.limits == "fixed" else CONSTANT[:1]
     read = {**of.files, name: covering(of.source, of.scalar)}
-    return {name: any_bits(read, name, known), MAIN: _main(of)}
+    return {ANALYSED: any_bits(read, name, known), MAIN: _main(of)}
 
 
 def any_bits(files: Mapping[str, str], name: str, known: Collection[str]) -> str:
@@ -285,7 +286,7 @@ def _main(of: Subject) -> str:
         holds += [] if call else [_limit(of, i) for i in range(n)]
     refused = [_each(name, size, "untouched", f"!\\initialized(&{name}[i])") for name, size in outputs]
     return f"""\
-#include "{of.name}.c"
+#include "{ANALYSED}"
 
 extern volatile {of.scalar} any;
 extern volatile int any_int;
