@@ -9,6 +9,7 @@ import os
 import re
 import shutil
 import subprocess
+from functools import cache
 from pathlib import Path
 from typing import get_args
 from xml.etree import ElementTree
@@ -18,6 +19,7 @@ import yaml
 
 from alloc import generate, library, load_vehicle
 from alloc.c import Package
+from tests.compilers import needs, write
 
 NAME = "ukwial_scaled_float"
 MAIN = """\
@@ -32,13 +34,16 @@ int main()
 """
 
 
-def write(kind: Package, folder: Path) -> Path:
+@cache
+def package(kind: Package) -> dict[str, str]:
+    """The files of a package."""
+    return generate(load_vehicle("ukwial"), "scaled", scalar="float", package=kind)
+
+
+def unpacked(kind: Package, folder: Path) -> Path:
     """The package on disk."""
-    files = generate(load_vehicle("ukwial"), "scaled", scalar="float", package=kind)
-    assert {name.split("/")[0] for name in files} == {NAME}
-    for name, text in files.items():
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_text(text, encoding="utf-8")
+    write(folder, package(kind))
+    assert [path.name for path in folder.iterdir()] == [NAME]
     return folder / NAME
 
 
@@ -47,9 +52,7 @@ def do(*command: str, cwd: Path) -> str:
     needed = [] if "/" in command[0] else [command[0]]  # a path is of what was built here
     if command[0] in ("cmake", "colcon"):
         needed.append(os.environ.get("CC", "cc"))
-    for tool in needed:
-        if shutil.which(tool) is None:
-            pytest.skip(f"needs {tool}")
+    needs(*needed)
     environment = {**os.environ, "CFLAGS": "-Wall -Wextra -Wconversion -Werror"}
     done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False, env=environment)
     assert done.returncode == 0, (command, done.stdout[-2000:] + done.stderr[-2000:])
@@ -76,7 +79,7 @@ def build_and_run(project: Path, *options: str) -> None:
 
 
 def test_cmake_builds_it_tests_it_and_installs_what_find_package_finds(tmp_path: Path) -> None:
-    place = write("cmake", tmp_path)
+    place = unpacked("cmake", tmp_path)
     do("cmake", "-S", ".", "-B", "build", f"-DCMAKE_INSTALL_PREFIX={tmp_path / 'there'}", cwd=place)
     do("cmake", "--build", "build", "--target", "install", cwd=place)
     assert "1 tests passed" in do("ctest", cwd=place / "build").replace(
@@ -91,9 +94,7 @@ def test_cmake_builds_it_tests_it_and_installs_what_find_package_finds(tmp_path:
 
 def test_a_package_with_escs_builds_and_tests_both_sources(tmp_path: Path) -> None:
     files = generate(load_vehicle("bluerov2"), "pinv", scalar="float", esc=True, package="cmake")
-    for name, text in files.items():
-        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).write_text(text, encoding="utf-8")
+    write(tmp_path, files)
     place = tmp_path / "bluerov2_pinv_float"
     do("cmake", "-S", ".", "-B", "build", f"-DCMAKE_INSTALL_PREFIX={tmp_path / 'there'}", cwd=place)
     do("cmake", "--build", "build", "--target", "install", cwd=place)
@@ -105,14 +106,14 @@ def test_a_package_with_escs_builds_and_tests_both_sources(tmp_path: Path) -> No
 
 
 def test_add_subdirectory_gives_the_same_target_and_no_test_of_its_own(tmp_path: Path) -> None:
-    place = write("cmake", tmp_path)
+    place = unpacked("cmake", tmp_path)
     project = user(tmp_path / "rov", f"add_subdirectory({place} part)")
     build_and_run(project)
     assert not list(project.rglob(f"{NAME}_test*"))
 
 
 def test_colcon_builds_it_as_plain_cmake(tmp_path: Path) -> None:
-    write("ros2", tmp_path / "src")
+    unpacked("ros2", tmp_path / "src")
     assert f"Finished <<< {NAME}" in do("colcon", "build", cwd=tmp_path)
     build_and_run(
         user(tmp_path / "rov", f"find_package({NAME} REQUIRED)"),
@@ -121,7 +122,7 @@ def test_colcon_builds_it_as_plain_cmake(tmp_path: Path) -> None:
 
 
 def test_package_xml_has_what_rep_149_asks_for(tmp_path: Path) -> None:
-    root = ElementTree.parse(write("ros2", tmp_path) / "package.xml").getroot()
+    root = ElementTree.parse(unpacked("ros2", tmp_path) / "package.xml").getroot()
     assert (root.tag, root.get("format")) == ("package", "3")
     for tag in ("name", "version", "description", "maintainer", "license"):
         assert root.findtext(tag), tag
@@ -129,11 +130,11 @@ def test_package_xml_has_what_rep_149_asks_for(tmp_path: Path) -> None:
 
 
 def test_platformio_s_and_arduino_s_files_name_a_header_that_is_there(tmp_path: Path) -> None:
-    place = write("platformio", tmp_path)
+    place = unpacked("platformio", tmp_path)
     facts = json.loads((place / "library.json").read_text(encoding="utf-8"))
     assert facts["name"] == NAME
     assert [(place / header).is_file() for header in facts["headers"]] == [True]
-    place = write("arduino", tmp_path)
+    place = unpacked("arduino", tmp_path)
     lines = (place / "library.properties").read_text(encoding="utf-8").splitlines()
     facts = dict(line.split("=", 1) for line in lines)
     for key in (
@@ -155,7 +156,7 @@ def test_platformio_s_and_arduino_s_files_name_a_header_that_is_there(tmp_path: 
 @pytest.mark.parametrize("cpu", ["cortex-m0plus", "cortex-m4", "cortex-m7", "cortex-m33"])
 def test_an_arduino_package_names_cores_whose_processors_it_is_built_for(cpu: str, tmp_path: Path) -> None:
     """A double of the core ``avr`` has 4 bytes, and of ``esp32`` and others nothing was built."""
-    place = write("arduino", tmp_path)
+    place = unpacked("arduino", tmp_path)
     named = (place / "library.properties").read_text(encoding="utf-8")
     found = re.search(r"^architectures=(.+)$", named, re.MULTILINE)
     assert found
@@ -171,7 +172,7 @@ def test_an_arduino_package_names_cores_whose_processors_it_is_built_for(cpu: st
 
 
 def test_zephyr_s_module_names_files_that_are_there(tmp_path: Path) -> None:
-    place = write("zephyr", tmp_path)
+    place = unpacked("zephyr", tmp_path)
     module = yaml.safe_load((place / "zephyr" / "module.yml").read_text(encoding="utf-8"))
     # As the schema in Zephyr's scripts/zephyr_module.py wants it; it needs none of the other keys.
     assert module == {"name": NAME, "build": {"cmake": "zephyr", "kconfig": "zephyr/Kconfig"}}

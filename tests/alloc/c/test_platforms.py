@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from alloc import generate, library, load_vehicle
+from alloc import library
 from alloc.c import Package
-from tests.alloc.c.test_packages import do
+from tests.alloc.c.test_packages import do, package
 from tests.compilers import needs, write
 
 pytestmark = pytest.mark.long
@@ -37,8 +37,7 @@ int main()
 
 def packages(kind: Package) -> dict[str, str]:
     """A vehicle's and the library's."""
-    one = generate(load_vehicle("ukwial"), "scaled", scalar="float", package=kind)
-    return one | library.generate("float", package=kind)
+    return package(kind) | library.generate("float", package=kind)
 
 
 NATIVE = {

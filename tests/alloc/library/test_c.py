@@ -1,11 +1,14 @@
 """The C of libthrustbench: its self-test under sanitizers, every standard, beside generated C in one unit."""
 
+from functools import cache
 from pathlib import Path
 
 import pytest
 
-from alloc import generate, load_vehicle
+from alloc import load_vehicle
+from alloc.c import Target, sources
 from alloc.library import files, selftest
+from alloc.methods import recipe
 from alloc.program import Scalar
 from tests.alloc.c.test_linkable import COMPILERS
 from tests.compilers import WARNINGS, needs, run, write
@@ -24,8 +27,8 @@ SANITIZED = ["-fsanitize=address,undefined", "-fno-sanitize-recover=undefined"]
 def said_of(folder: Path, made: dict[str, str], *options: str) -> str:
     """Output of this C's self-test, and its exit code; raises where it can't be built."""
     write(folder, made | selftest())
-    sources = [path.name for path in folder.glob("*.c")]
-    command = ["gcc", "-std=c99", "-ffp-contract=off", *options, *WARNINGS, *sources, *selftest(), "-o", "t"]
+    units = [path.name for path in folder.glob("*.c")]
+    command = ["gcc", "-std=c99", "-ffp-contract=off", *options, *WARNINGS, *units, *selftest(), "-o", "t"]
     built = run(command, folder)
     assert built.returncode == 0, built.stderr[:2000]
     done = run(["./t"], folder)
@@ -73,15 +76,21 @@ def test_the_self_test_finds_what_is_broken(sabotage: str, tmp_path: Path) -> No
     assert not said_of(tmp_path, made).endswith("exit 0")
 
 
+@cache
+def beside(scalar: Scalar) -> dict[str, str]:
+    """Generated C, without its self-test."""
+    return sources(Target(vehicle=load_vehicle("ukwial"), method=recipe("scaled"), scalar=scalar))
+
+
 def compiled(compiler: str, standard: str, units: list[str], folder: Path) -> None:
     """Compile it in both scalars, beside generated C; raises where there is a warning."""
     needs(compiler)
     language = ["-x", "c++"] if "+" in compiler else []
     for scalar in ("double", "float"):
         place = folder / scalar
-        write(place, files(scalar) | selftest() | generate(load_vehicle("ukwial"), "scaled", scalar=scalar))
-        sources = sorted(path.name for path in place.glob("*.c"))
-        write(place, {"all.c": "".join(f'#include "{name}"\n' for name in sources)})
+        write(place, files(scalar) | selftest() | beside(scalar))
+        names = sorted(path.name for path in place.glob("*.c"))
+        write(place, {"all.c": "".join(f'#include "{name}"\n' for name in names)})
         done = run([compiler, f"-std={standard}", *WARNINGS, *language, *units], place)
         assert done.returncode == 0, done.stderr[:2000]
 

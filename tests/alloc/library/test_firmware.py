@@ -1,15 +1,18 @@
 """A C++ firmware with generated C and the library builds under every compiler, and answers as Python does."""
 
 import itertools
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 
-from alloc import Status, build, generate, load_vehicle
+from alloc import Status, build, load_vehicle
 from alloc.allocation import FloatArray
+from alloc.c import Target, sources
 from alloc.library import files
+from alloc.methods import recipe
 from alloc.program import Scalar
 from bench.chips.image import FIRMWARE
 from bench.chips.toolchain import ended
@@ -34,19 +37,24 @@ class Tools(NamedTuple):
     emulator: list[str] = []  # noqa: RUF012 (never changed)
 
 
+@cache
+def generated() -> dict[str, str]:
+    """C of two vehicles, without self-tests."""
+    ukwial, heavy = map(load_vehicle, ("ukwial", "bluerov2-heavy"))
+    call = Target(vehicle=heavy, method=recipe("scaled"), scalar="float", limits="call")
+    return sources(Target(vehicle=ukwial, method=recipe("nullspace"))) | sources(call)
+
+
 def printed(tools: Tools, scalar: Scalar, folder: Path, *, whole: bool = False) -> FloatArray:
     """Status, share and eight thrusts of each call, those that are not there 0; raises ToolError."""
-    two = generate(load_vehicle("ukwial"), "nullspace") | generate(
-        load_vehicle("bluerov2-heavy"), "scaled", scalar="float", limits="call"
-    )
-    write(folder, two | files(scalar))
-    sources = sorted(path.name for path in folder.glob("*.c"))
+    write(folder, generated() | files(scalar))
+    units = sorted(path.name for path in folder.glob("*.c"))
     if whole:
-        write(folder, {"all.c": "".join(f'#include "{name}"\n' for name in sources)})
-        sources = ["all.c"]
-    ran([*tools.c, *WARNINGS, "-c", *sources], folder)
+        write(folder, {"all.c": "".join(f'#include "{name}"\n' for name in units)})
+        units = ["all.c"]
+    ran([*tools.c, *WARNINGS, "-c", *units], folder)
     ran([*tools.cpp, *WARNINGS, "-I.", "-c", str(PLACE / "firmware.cpp")], folder)
-    objects = [f"{Path(name).stem}.o" for name in sources]
+    objects = [f"{Path(name).stem}.o" for name in units]
     ran([*tools.link, "firmware.o", *objects, "-o", "firmware"], folder)
     at_boot = load_vehicle("tiburon")
     rows = [[at_boot.k, at_boot.n], *at_boot.T.tolist(), at_boot.f_min, at_boot.f_max, ASKED["tiburon"]]
