@@ -34,10 +34,7 @@ def failures(vehicle: Vehicle) -> list[Failure]:
         if len(degraded.weak) == degraded.k:
             found.append(Failure(i, name, last=True))
             continue
-        lost = [
-            _axes(degraded, direction)
-            for direction in lost_directions(degraded.strong, before=vehicle.strong)
-        ]
+        lost = _lost(degraded, vehicle)
         left = {
             axis: float(after / before)
             for axis, before, after in zip(
@@ -46,7 +43,7 @@ def failures(vehicle: Vehicle) -> list[Failure]:
             if 0 < before < np.inf
         }
         weak = float(degraded.weak_left.max(initial=0.0))
-        found.append(Failure(i, name, False, tuple(lost), condition(degraded.strong), left, weak))
+        found.append(Failure(i, name, False, lost, condition(degraded.strong), left, weak))
     return found
 
 
@@ -57,19 +54,15 @@ RIGHTED = ("heave", "roll", "pitch")
 
 
 def pairs(vehicle: Vehicle) -> list[Pairs]:
-    """Pairs of thrusters whose loss takes directions, by what they take; those that sink or roll first."""
+    """Pairs of thrusters whose loss takes more than that of one; those that sink or roll first."""
     alike: dict[tuple[tuple[tuple[str, ...], ...], bool], list[tuple[str, str]]] = {}
     shares: dict[tuple[tuple[tuple[str, ...], ...], bool], float] = {}
     on = vehicle.working.tolist()
-    for i, j in combinations(on, 2) if len(on) >= 2 + FEWEST_LEFT else ():
+    alone = {i: _lost(vehicle.with_fault(i), vehicle) for i in on} if len(on) >= 2 + FEWEST_LEFT else {}
+    for i, j in combinations(alone, 2):
         degraded = vehicle.with_fault(i).with_fault(j)
-        if len(degraded.weak) == degraded.k:
-            continue
-        lost = tuple(
-            _axes(degraded, direction)
-            for direction in lost_directions(degraded.strong, before=vehicle.strong)
-        )
-        if not lost:
+        lost = _lost(degraded, vehicle)
+        if lost in ((), alone[i], alone[j]):
             continue
         left = float(degraded.weak_left.max(initial=0.0))
         key = lost, left > 0.0
@@ -77,6 +70,14 @@ def pairs(vehicle: Vehicle) -> list[Pairs]:
         shares[key] = max(shares.get(key, 0.0), left)
     found = [Pairs(tuple(names), key[0], shares[key]) for key, names in alike.items()]
     return sorted(found, key=lambda pair: -sum(axis in RIGHTED for axes in pair.lost for axis in axes))
+
+
+def _lost(degraded: Vehicle, before: Vehicle) -> tuple[tuple[str, ...], ...]:
+    """Directions that a failure takes, each by the axes that it couples; none where every one is weak."""
+    if len(degraded.weak) == degraded.k:
+        return ()
+    rows = lost_directions(degraded.strong, before=before.strong)
+    return tuple(_axes(degraded, direction) for direction in rows)
 
 
 def _axes(vehicle: Vehicle, direction: FloatArray) -> tuple[str, ...]:
