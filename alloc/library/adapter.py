@@ -33,9 +33,12 @@ def adapter(vehicle: Vehicle, method: str, scalar: Scalar = "double") -> dict[st
     """
     own, shares = name(vehicle, method, scalar), levels(method, vehicle)
     tables = {
-        "T": vehicle.T, "H": vehicle.H, "readiness": vehicle.readiness, "f_min": vehicle.f_min,
+        "T": vehicle.strong.T if shares else vehicle.T,  # the library knows no survey
+        "H": vehicle.H,
+        "readiness": vehicle.readiness,
+        "f_min": vehicle.f_min,
         "f_max": vehicle.f_max,
-    }  # fmt: skip
+    }
     numbers = "\n".join(
         f"static const {scalar} own_{key}[{values.size}] = "
         f"{{{', '.join(number(value, scalar) for value in values.ravel().tolist())}}};"

@@ -101,15 +101,16 @@ class Directions(NamedTuple):
     def strong_rows(self, T: FloatArray, own: FloatArray, weak: IndexArray) -> tuple[FloatArray, FloatArray]:
         """T (k, n) without its parts along the directions ``weak``; and the lengths that its rows count with.
 
-        These are ``own`` (k,), or SHORT of what thrusters at the rms arm make.
+        These are their own, ``own`` (k,) of T, or SHORT of what thrusters at the rms arm make.
         """
         A, U = T / self.scale[:, None], (self.rows[weak] * self.scale).T
-        units = np.maximum(own, SHORT * np.linalg.norm(A) / np.sqrt(2.0) * self.scale)
+        short = SHORT * np.linalg.norm(A) / np.sqrt(2.0) * self.scale
         if not len(weak):
-            return T, units
+            return T, np.maximum(own, short)
         strong = A - U @ (U.T @ A)
         strong[np.abs(strong) <= ROUNDED * np.abs(A).max()] = 0.0
-        return strong * self.scale[:, None], units
+        strong *= self.scale[:, None]
+        return strong, np.maximum(np.linalg.norm(strong, axis=1), short)
 
 
 def check_limit(name: str, below: float | None) -> None:

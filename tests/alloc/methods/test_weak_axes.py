@@ -8,6 +8,7 @@ import pytest
 
 from alloc import Status, Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
+from alloc.c import missing
 from alloc.c.target import Target
 from alloc.formulations import find_formulation
 from alloc.methods import recipe
@@ -132,6 +133,21 @@ def test_c_for_all_faults_answers_as_python_does(
     shares = [build("scaled", degraded)(tau).share for tau in taus]
     np.testing.assert_allclose(got.share, shares, atol=error)
     np.testing.assert_allclose(got.F, F, atol=10 * error * vehicle.f_scale)
+
+
+@pytest.mark.skipif(bool(missing()), reason=missing() or "-")
+@pytest.mark.parametrize("form", ["library", "native"])
+@pytest.mark.parametrize("off", [(4, 5), (0, 3)])
+def test_compiled_allocators_leave_out_the_same_and_state_what_is_left(
+    off: tuple[int, ...], form: str
+) -> None:
+    drawing, vehicle = pair("bluerov2-heavy", off, Survey(), 3)
+    ours, theirs = build("scaled", vehicle), build(f"scaled@{form}", vehicle)
+    for tau in pushable_demands(drawing, 20, np.random.default_rng(6)):
+        one, other = ours(tau), theirs(tau)
+        np.testing.assert_allclose(other.share, one.share, atol=1e-8)
+        np.testing.assert_allclose(other.f, one.f, atol=1e-6 * vehicle.f_scale)
+        np.testing.assert_allclose(other.residual, one.residual, atol=1e-6 * vehicle.f_scale)
 
 
 def test_hard_methods_keep_eq_5_to_the_letter() -> None:
