@@ -263,7 +263,7 @@ class Vehicle:
         pushed = self._weak[self._weak < self.rank]
         if len(self._weak) == self.k:
             raise VehicleError(f"{self.name}: {ALL_WEAK}", "weak")
-        T, units = self.directions.strong_rows(self.T, self.row_lengths, pushed)
+        T, units = self.directions.strong_rows(self.T, self.row_lengths, pushed, self.working)
         if not pushed.size and (units == self.row_lengths).all():
             return self
         return replace(self, T=T, units=units, weak_limit=0.0)

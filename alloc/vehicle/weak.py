@@ -98,19 +98,23 @@ class Directions(NamedTuple):
         found[rank:] = True
         return np.flatnonzero(found)
 
-    def strong_rows(self, T: FloatArray, own: FloatArray, weak: IndexArray) -> tuple[FloatArray, FloatArray]:
-        """T (k, n) without its parts along the directions ``weak``; and the lengths that its rows count with.
+    def strong_rows(
+        self, T: FloatArray, own: FloatArray, weak: IndexArray, working: IndexArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """T (k, n) whose ``working`` columns push nothing along the directions ``weak``; lengths of its rows.
 
-        These are their own, ``own`` (k,) of T, or SHORT of what thrusters at the rms arm make.
+        Rows count with their own lengths, ``own`` (k,) of T, or SHORT of what thrusters at the rms arm make.
+        Thrusters that are off count as on the drawing, so that failures change no length.
         """
         A, U = T / self.scale[:, None], (self.rows[weak] * self.scale).T
         short = SHORT * np.linalg.norm(A) / np.sqrt(2.0) * self.scale
         if not len(weak):
             return T, np.maximum(own, short)
-        strong = A - U @ (U.T @ A)
+        strong = A[:, working] - U @ (U.T @ A[:, working])
         strong[np.abs(strong) <= ROUNDED * np.abs(A).max()] = 0.0
-        strong *= self.scale[:, None]
-        return strong, np.maximum(np.linalg.norm(strong, axis=1), short)
+        whole = T.copy()
+        whole[:, working] = strong * self.scale[:, None]
+        return whole, np.maximum(np.linalg.norm(whole, axis=1), short)
 
 
 def check_limit(name: str, below: float | None) -> None:

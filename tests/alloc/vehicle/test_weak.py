@@ -1,6 +1,7 @@
 """Weak directions: which they are, by the survey's tolerance, and the vehicle without them."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,7 +9,10 @@ import pytest
 from alloc import Vehicle, list_vehicles, load_vehicle
 from alloc.errors import VehicleError
 from alloc.vehicle.weak import WEAK, Survey, doubts
+from bench.demands.store import arrays_of, same_vehicle, vehicle_of
 from bench.demands.surveys import fail_thrusters, failures, hexarotor, move_poses
+from tests.readers import written
+from tests.vehicle_files import GOOD
 
 SHIPPED = [load_vehicle(name) for name in list_vehicles()]
 
@@ -88,3 +92,24 @@ def test_without_any_strong_direction_there_is_no_strong_part() -> None:
     assert len(vehicle.weak) == vehicle.k
     with pytest.raises(VehicleError, match=r"every direction is weak: .*; give a finer 'survey'"):
         vehicle.strong  # noqa: B018  # a property that raises
+
+
+@pytest.mark.parametrize(
+    ("lines", "survey", "limit"),
+    [
+        ("", Survey(3.0, 0.3), None),
+        ("survey: {mm: 5}\nweak: auto\n", Survey(5.0, 0.3), None),
+        ("survey: {relative: 0.02}\nweak: 0.02\n", Survey(relative=0.02), 0.02),
+        ("weak: 0\n", Survey(), 0.0),
+    ],
+)
+def test_a_file_says_how_well_it_is_known_and_stores_and_copies_keep_it(
+    lines: str, survey: Survey, limit: float | None, tmp_path: Path
+) -> None:
+    vehicle = load_vehicle(written(tmp_path / "mine.yaml", GOOD + lines))
+    for one in (vehicle, vehicle.with_fault(0), vehicle.with_frame("flu"), vehicle_of(arrays_of(vehicle))):
+        assert (one.survey, one.weak_limit) == (survey, limit)
+    assert same_vehicle(vehicle, vehicle_of(arrays_of(vehicle)))
+    strong = move_poses(load_vehicle("bluerov2-heavy"), Survey(), np.random.default_rng(3))
+    strong = strong.with_fault(4).with_fault(5).strong
+    np.testing.assert_array_equal(vehicle_of(arrays_of(strong)).row_lengths, strong.row_lengths)
