@@ -23,6 +23,9 @@ from bench.inputs.draft import Draft, mismatch
 BASE = "base_link"
 PATTERN = True
 """``read`` takes a pattern of thrusters' names."""
+LEFT_OUT = (
+    "gz does not have these thrusters, as it leaves out links of a URDF without mass and all below them"
+)
 _PARTS = (
     "robot",
     "link",
@@ -117,11 +120,35 @@ def _poses(path: Path, robot: Any) -> dict[str, FloatArray]:
 
 
 def _mounts(path: Path, robot: Any, poses: dict[str, FloatArray], to_base: FloatArray) -> Iterator[Mount]:
+    left_out = _links_left_out(robot)
     for joint in robot.joints:
         here = to_base @ poses[joint.child]
         axis = along(path, joint.name, joint.axis or [1.0, 0.0, 0.0])
         turns = joint.joint_type in ("continuous", "revolute")
-        yield Mount(joint.name, joint.child, here[:3, 3], here[:3, :3] @ axis, turns)
+        remark = LEFT_OUT if joint.child in left_out else ""
+        yield Mount(joint.name, joint.child, here[:3, 3], here[:3, :3] @ axis, turns, remark)
+
+
+def _links_left_out(robot: Any) -> set[str]:
+    """Links that sdformat 12.3 leaves out of a URDF: without mass, or below such a link.
+
+    Masses on fixed joints are first added to their parent.
+    """
+    masses = {link.name: (link.inertial.mass or 0.0) if link.inertial else 0.0 for link in robot.links}
+    parents = {joint.child: joint for joint in robot.joints}
+    above = {name: [name] for name in masses}  # from each link to the root, which _poses found to be a tree
+    for chain in above.values():
+        while chain[-1] in parents:
+            chain.append(parents[chain[-1]].parent)
+    lumped = dict.fromkeys(masses, 0.0)
+    for name, chain in above.items():
+        for link in chain:
+            lumped[link] += masses[name]
+            if link not in parents or parents[link].joint_type != "fixed":
+                break
+    return {
+        name for name, chain in above.items() if any(lumped[link] <= 0 for link in chain if link != "world")
+    }
 
 
 def _mass(path: Path, link: Any, here: FloatArray) -> Mass:

@@ -10,6 +10,7 @@ import pytest
 
 from alloc import AllocError
 from bench.inputs.formats import sdf as reader
+from bench.inputs.formats import urdf
 from bench.inputs.imported import ImportOptions, import_vehicle
 from tests.readers import written
 
@@ -192,3 +193,41 @@ def test_each_version_is_read_as_libsdformat_reads_it(
     links = np.array([values for kind, values in found if kind == "link"])
     center = links[:, 0] @ links[:, 1:] / links[:, 0].sum()
     np.testing.assert_allclose(draft.center_of_mass, center, rtol=0, atol=1e-12)
+
+
+INERTIA = '<inertial><mass value="{}"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
+
+
+def link_and_joint(name: str, parent: str, mass: str, kind: str = "continuous") -> str:
+    """A link of a URDF and the joint that carries it."""
+    inertial = INERTIA.format(mass) if mass else ""
+    return (
+        f'<link name="{name}">{inertial}</link><joint name="{name}_joint" type="{kind}"><parent link="{parent}"/>'
+        f'<child link="{name}"/><origin xyz="0.2 0.1 0"/><axis xyz="1 0 0"/></joint>'
+    )
+
+
+URDF = {
+    "mass": link_and_joint("thruster", "base", "0.1"),
+    "no inertial": link_and_joint("thruster", "base", ""),
+    "no mass": link_and_joint("thruster", "base", "0"),
+    "on a bracket without": link_and_joint("bracket", "base", "", "fixed")
+    + link_and_joint("thruster", "bracket", "0.1"),
+    "on a bracket with": link_and_joint("bracket", "base", "1", "fixed")
+    + link_and_joint("thruster", "bracket", "0.1"),
+    "with a fixed hub": link_and_joint("thruster", "base", "")
+    + link_and_joint("hub", "thruster", "0.1", "fixed"),
+    "with a turning hub": link_and_joint("thruster", "base", "") + link_and_joint("hub", "thruster", "0.1"),
+}
+
+
+@LONG
+@pytest.mark.parametrize("body", URDF.values(), ids=URDF)
+def test_a_thruster_that_sdformat_leaves_out_of_a_urdf_is_said(
+    tmp_path: Path, probe: Path, body: str
+) -> None:
+    file = tmp_path / "m.urdf"
+    file.write_text(f'<robot name="r"><link name="base">{INERTIA.format(8)}</link>{body}</robot>')
+    notes = urdf.read(file).assumptions
+    said = any("gz does not have these thrusters" in note and "thruster_joint" in note for note in notes)
+    assert said == (not [kind for kind, _ in theirs(probe, file) if kind == "joint"])
