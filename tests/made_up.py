@@ -5,7 +5,22 @@ from typing import Any
 
 import msgspec
 
-from bench.record import SCHEMA, Batch, Cell, Header, Judged, Key, Line, Method, Problem, Worker
+from bench.record import (
+    SCHEMA,
+    Authority,
+    Batch,
+    Capability,
+    Cell,
+    Header,
+    Judged,
+    Key,
+    Line,
+    Method,
+    Problem,
+    Served,
+    Worker,
+)
+from bench.results.rows import Run, read_run
 
 
 def header(**changes: Any) -> Header:
@@ -94,6 +109,44 @@ def record(directory: Path, *lines: Line) -> Path:
     return directory
 
 
+def run(directory: Path, *lines: Line, **header_changes: Any) -> Run:
+    """The run of a record of these lines in the folder."""
+    return read_run(record(directory, header(**header_changes), *lines))
+
+
+def judge(cell: Cell, **changes: Any) -> Cell:
+    """The cell, judged otherwise."""
+    return msgspec.structs.replace(cell, judged=msgspec.structs.replace(cell.judged, **changes))
+
+
+def rename(cell: Cell, **changes: Any) -> Cell:
+    """The cell under another key."""
+    return msgspec.structs.replace(cell, key=msgspec.structs.replace(cell.key, **changes))
+
+
+def worker(method: str, **changes: Any) -> Worker:
+    """A process that measured a method, with a peak of 60 MB."""
+    made = Worker(method, "-", "-", 0, startup_ns=10**8, import_ns=10**7, peak_rss_bytes=60_000_000)
+    return msgspec.structs.replace(made, **changes)
+
+
+def capability(vehicle: str = "ukwial", **changes: Any) -> Capability:
+    """What a planar vehicle of full rank can do, as far as nobody serves it."""
+    ends: dict[str, Any] = {"axis_min": [-3.0, -2.0, -1.0], "axis_max": [3.0, 2.0, 1.0]}
+    shares = {"volume_share": 1.0, "closed_form_share": 0.625, "safe_share": 0.555}
+    healthy = Authority(fault=None, vehicle=vehicle, rank=3, condition=1.0, **shares, **ends)
+    dof = ["surge", "sway", "yaw"]
+    made = Capability(vehicle=vehicle, dof=dof, authority=[healthy], served=[], curves=[], planes=[])
+    return msgspec.structs.replace(made, **changes)
+
+
+def served(method: str, share: int, n: int = 100, **changes: Any) -> Served:
+    """So many of n demands that a method serves."""
+    return msgspec.structs.replace(
+        Served(fault=None, method=method, n_demands=n, within_1pct=share, within_5pct=share), **changes
+    )
+
+
 def whole(directory: Path) -> Path:
     """A record with a cell of every outcome: ok, crashed, and judged wrong."""
     failed = cell("qp/gone", status="crashed", reason="signal 11", batches=[], singles=[], judged=None)
@@ -107,17 +160,6 @@ def whole(directory: Path) -> Path:
             wrong="wrench missed by 3 N",
         ),
     )
-    workers = [
-        Worker(
-            method=method,
-            start="-",
-            level="-",
-            repeat=0,
-            startup_ns=10**8,
-            import_ns=10**7,
-            peak_rss_bytes=60_000_000,
-        )
-        for method in ("pinv", "qp/osqp", "clip")
-    ]
+    workers = [worker(method) for method in ("pinv", "qp/osqp", "clip")]
     osqp = cell("qp/osqp", 20, key=Key("ukwial", "inactive", "qp/osqp", start="warm", level="tight"))
     return record(directory, header(), *workers, cell(), osqp, failed, wrong)

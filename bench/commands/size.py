@@ -80,7 +80,7 @@ def command(
     from bench.record.file import read_canary
     from bench.report.sizes import board_page, counts_page, known_boards, page
     from bench.results.emulated import Cpi
-    from bench.results.machines import read_machines, sizes_of
+    from bench.results.machines import machine_sizes, read_machines
     from bench.results.size import Loop
     from bench.results.sizing import sizes, transfer
 
@@ -112,7 +112,7 @@ def command(
     pages = [board_page(one.run, loop, board, vehicles) for one in on_boards or machines] if board else []
     moved = None
     if len(directories) > 1:
-        sized = sizes_of(machines, loop, clock_MHz and clock_MHz * 1e6, given)
+        sized = machine_sizes(machines, loop, clock_MHz and clock_MHz * 1e6, given)
     else:
         moved = transfer(timed[0].run, read_canary(canary)) if canary and timed else None
         sized = {machine.name: sizes(machine.run, loop, moved, demands) for machine in timed}
@@ -137,9 +137,9 @@ def command(
 
 
 def _own_rate(machines: "Sequence[NamedRun]") -> float:
-    from bench.report.verdict import rate_of
+    from bench.report.verdict import log_rate_hz
 
-    if (rate_hz := rate_of(*(machine.run for machine in machines))) is None:
+    if (rate_hz := log_rate_hz(*(machine.run for machine in machines))) is None:
         raise click.UsageError("--rate HZ: no log with a rate of its own is in this run; give one")
     return rate_hz
 

@@ -6,7 +6,7 @@ and a multiset is [place in ``times``, how often, distance to the next place, ho
 
 import json
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
 from importlib.resources import files
 from string import Template
@@ -21,11 +21,11 @@ from bench.report.verdict import opening_loop, spoken_name, trust_note
 from bench.results.columns import Row
 from bench.results.emulated import METHOD, KernelCost, assumed_cpi, emulated_rows, find_kernels
 from bench.results.machines import NamedRun, emulated_name
-from bench.results.quantiles import Histogram, interval, largest, largest_if_known, merge
+from bench.results.quantiles import Histogram, interval, largest, largest_of_all, merge
 from bench.results.ranking import largest_loss, largest_miss, served_text
-from bench.results.rows import sort_sets
+from bench.results.rows import Run, sort_sets
 from bench.results.size import CLOSE, Fit, Size
-from bench.results.sizing import Pool, pools, rows_by_method
+from bench.results.sizing import Pool, method_pools, pool_rows, sized_methods
 
 
 def data(machines: Sequence[NamedRun]) -> dict[str, Any]:
@@ -55,13 +55,12 @@ def _machine(machine: NamedRun, place: dict[float, int]) -> list[dict[str, Any]]
     run = machine.run
     found: list[dict[str, Any]] = []
     if run.by_vehicle:
-        methods = rows_by_method(run)
-        of_all = pools(run, (own for rows in methods for own in (rows, *([row] for row in rows))))
+        methods = zip(sized_methods(run), method_pools(run), strict=True)
         found.append(
             {
                 "name": machine.name,
                 "sure": f"was {trust_note(run)}",
-                "methods": [_method(machine, rows, of_all, place) for rows in methods],
+                "methods": [_method(run, rows, pool, place) for rows, pool in methods],
                 "curves": {
                     vehicle: _curves(capability)
                     for vehicle in run.vehicles
@@ -85,13 +84,11 @@ def _machine(machine: NamedRun, place: dict[float, int]) -> list[dict[str, Any]]
     return found
 
 
-def _method(
-    machine: NamedRun, rows: Sequence[Row], pools: Iterator[Pool], place: dict[float, int]
-) -> dict[str, Any]:
-    """One method; the next of ``pools`` are those of all its rows, and of each."""
+def _method(run: Run, rows: Sequence[Row], pool: Pool, place: dict[float, int]) -> dict[str, Any]:
+    """One method, with its pool on all demand sets, and one on each."""
     first, solver = rows[0], rows[0].described.solver
-    problem = machine.run.asked.get((first.vehicle, first.demands))
-    version = machine.run.record.header.versions.get(solver, "")
+    problem = run.problem_by_set.get((first.vehicle, first.demands))
+    version = run.record.header.versions.get(solver, "")
     return {
         "vehicle": first.vehicle,
         "label": first.label,
@@ -105,17 +102,17 @@ def _method(
         "steps": first.worst_case_steps,
         "freedom": problem.nullity if problem else None,
         "iterations": largest(row.iterations_max for row in rows),
-        "memory_MB": largest_if_known([row.peak_rss_MB for row in rows]),
+        "memory_MB": largest_of_all([row.peak_rss_MB for row in rows]),
         "allocator_kB": _shown(largest(row.allocator_bytes for row in rows), 1e-3),
         "setup_us": _shown(largest(row.setup_us for row in rows)),
         "distance": _shown(largest(row.distance_relative for row in rows)),
         "promise": _shown(largest(row.tolerance for row in rows)),
-        "served": served_text(machine.run, first.vehicle, first) if first.call_p50_us is not None else "",
-        "pools": [{"demands": "", **_pool(next(pools), rows), "lost": _shown(largest_miss(rows))}]
+        "served": served_text(run, first.vehicle, first) if first.call_p50_us is not None else "",
+        "pools": [{"demands": "", **_pool(pool, rows), "lost": _shown(largest_miss(rows))}]
         + [
             {
                 "demands": row.demands,
-                **_pool(next(pools), [row]),
+                **_pool(pool_rows(run, [row]), [row]),
                 "singles": _packed(row.measured.singles, place),
             }
             for row in rows
@@ -129,22 +126,22 @@ def _pool(pool: Pool, rows: Sequence[Row]) -> dict[str, Any]:
     ``verdicts`` holds [limit [us] from which it holds, fit, reason, usefulness] one after the other;
     ``bounds`` the bound on late calls [%] for a limit at each time of the single calls, as it is shown.
     """
-    seen = pool.seen
+    static = pool.static
     bounds = [_shown(pool.late(ns / 1000)[1], 100.0, 3) for ns, _ in pool.singles]
     slowest = max(rows, key=lambda row: row.call_p50_us or 0.0)
     return {
-        **_worth(seen),
-        "refused": _shown(seen.refused),
-        "picky": seen.picky,
+        **_worth(static),
+        "refused": _shown(static.refused),
+        "picky": static.picky,
         "lost": _shown(largest(largest_loss(row) for row in rows)),
-        "p50": seen.p50_us,
-        "cpu": seen.cpu_us,
-        "p999": seen.p999_us,
-        "max": seen.max_us,
-        "calls": seen.calls,
+        "p50": static.p50_us,
+        "cpu": static.cpu_us,
+        "p999": static.p999_us,
+        "max": static.max_us,
+        "calls": static.calls,
         "p50_range": [slowest.call_p50_low_us, slowest.call_p50_high_us],
         "p999_range": _interval(merge(row.measured.singles for row in rows)),
-        "verdicts": [(*each, seen.usefulness(each[1])) for each in pool.verdicts()],
+        "verdicts": [(*each, static.usefulness(each[1])) for each in pool.verdicts()],
         "bounds": bounds,
     }
 

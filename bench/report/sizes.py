@@ -9,7 +9,7 @@ from itertools import groupby
 from alloc.errors import UnknownName
 from alloc.formulations import find_formulation
 from bench.record import BoardFacts, Emulated, ProcessorFacts
-from bench.report.verdict import rate_note, rate_of, trust_note, verdicts
+from bench.report.verdict import log_rate_hz, rate_note, trust_note, verdicts
 from bench.results.emulated import (
     PUBLISHED,
     Band,
@@ -60,7 +60,7 @@ def page(
     chosen = list if every else best_of_each
     together = chosen(sizes_on_all(sized) if several else list(next(iter(sized.values()))))
     runs = [machine.run for machine in machines]
-    whose = rate_note(*runs) if loop.rate_hz == rate_of(*runs) else []
+    whose = rate_note(*runs) if loop.rate_hz == log_rate_hz(*runs) else []
     parts = ["\n".join([*verdicts(together, loop, where), *whose]) + "\n"]
     parts += [f"{machine.name} was {trust_note(machine.run)}\n" for machine in machines]
     if len(machines) > 1:
@@ -171,7 +171,7 @@ def counts_page(
         return f"Nothing was counted on emulated processors: {reason}.\n"
     shown = bands(counted, clock_MHz * 1e6, loop, known, given)
     bounded = any(band.kernel.at_most is not None for band in shown)
-    asked = any(band.kernel.off is not None for band in shown)
+    asked = any(band.kernel.one_failed is not None for band in shown)
     off = " *One off* is the same count with any one thruster off." * asked
     bound = " *At most* is the longest path through the binary: no call takes more." * bounded
     parts = [
@@ -210,7 +210,9 @@ def _band(band: Band) -> list[str]:
     answers += f"; not counted: {', '.join(kernel.missed)}" if kernel.missed else ""
     optimum = "yes" if kernel.optimal else "no"
     names = [kernel.vehicle, kernel.target, kernel.method + kernel.form, kernel.scalar]
-    counts = ["" if each is None else str(each) for each in (kernel.instructions, kernel.off, kernel.at_most)]
+    counts = [
+        "" if each is None else str(each) for each in (kernel.instructions, kernel.one_failed, kernel.at_most)
+    ]
     cycles = "" if kernel.cycles is None else f"{kernel.cycles[0]} to {kernel.cycles[1]}"
     return [*names, str(band.fit), optimum, shares, *counts, cycles, answers]
 

@@ -1,12 +1,11 @@
 """report.md and details.md of several machines: what fits on all, ratios, and which of them mean anything."""
 
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
-from itertools import groupby
 
 from bench.record.schema import machine_name
 from bench.report.page import MORE
 from bench.report.sections.headline import omission_note
-from bench.report.verdict import opening_loop, rate_note, trust_note, verdicts
+from bench.report.verdict import first_methods, opening_loop, rate_note, trust_note, verdicts
 from bench.results.columns import Row
 from bench.results.emulated import IN_WORDS, table_scalar
 from bench.results.emulated import emulated_rows as emulated_rows
@@ -19,6 +18,7 @@ from bench.results.machines import (
     order_changes,
     sizes_on_all,
 )
+from bench.results.quantiles import group, largest
 from bench.results.ranking import best_rows, shortlist, unmeasured_plugins
 from bench.results.rows import FORM, Run, sort_sets
 from bench.results.size import Size, best_of_each
@@ -39,9 +39,9 @@ def page(machines: Sequence[NamedRun]) -> str:
     loop = opening_loop(*(machine.run for machine in timed))
     sized = {machine.name: sizes(machine.run, loop) for machine in timed}
     whole = [s for s in best_of_each(sizes_on_all(sized)) if s.vehicle in _vehicles(timed)]
-    first = {size.vehicle: size.method for size in reversed(whole)}
+    first = first_methods(whole)
     parts = [TITLE, *_opening(timed, whole, count_partial_methods(sized)), _comparable(timed)]
-    for vehicle, demands in _asked(timed, Run.leading):
+    for vehicle, demands in _asked(timed, Run.leading_sets):
         parts += _medians(timed, vehicle, demands, _worth(timed, vehicle, demands, first.get(vehicle, "")))
     return "\n".join(part for part in [*parts, _counted(machines), MORE] if part)
 
@@ -106,7 +106,7 @@ def _medians(
     Of all methods, or of those that are ``shown``.
     """
     having = [machine for machine in timed if vehicle in machine.run.vehicles]
-    here = [machine for machine in having if machine.run.of(vehicle, demands)]
+    here = [machine for machine in having if machine.run.select(vehicle, demands)]
     by_label = medians(here, vehicle, demands)
     why = {m.name: comparison_obstacle(here[0].run, m.run, vehicle, demands) for m in here[1:]}
     ordered = sorted(by_label.items(), key=lambda item: min(_times(item[1]), default=float("inf")))
@@ -146,12 +146,11 @@ def _counted(machines: Sequence[NamedRun]) -> str:
         return ""
     targets = list(dict.fromkeys(row.emulated.target for row in counted))
     lines = []
-    ordered = sorted(counted, key=lambda row: (row.emulated.vehicle, row.emulated.method))
-    for (vehicle, method), group in groupby(ordered, key=lambda r: (r.emulated.vehicle, r.emulated.method)):
-        worst: dict[str, int] = {}
-        for row in group:
-            worst[row.emulated.target] = max(worst.get(row.emulated.target, 0), row.worst or 0)
-        lines.append([vehicle, method, *(str(worst.get(target, "")) for target in targets)])
+    by_method = group(counted, lambda row: (row.emulated.vehicle, row.emulated.method))
+    for names, own in sorted(by_method.items()):
+        by_target = group(own, lambda row: row.emulated.target)
+        worst = (largest(row.worst for row in by_target.get(target, [])) for target in targets)
+        lines.append([*names, *("" if most is None else str(most) for most in worst)])
     title = f"## Instructions of the most costly call on emulated processors, {IN_WORDS[scalar]}\n\n"
     return title + table(("vehicle", "method", *targets), lines)
 

@@ -1,10 +1,8 @@
 """Advice which method to take, in words, and how sure that is on this machine."""
 
-from collections import Counter
 from collections.abc import Callable, Sequence
 from itertools import groupby
 
-from bench.record import NO_VEHICLE
 from bench.results.emulated import IN_WORDS
 from bench.results.rows import Run
 from bench.results.size import Fit, Loop, Size, best_of_each
@@ -21,18 +19,18 @@ NOISY_SHARE = 0.1
 
 def opening_loop(*runs: Run) -> Loop:
     """The loop that a report opens with: at the rate of the log that a user brought, else ``USUAL``."""
-    rate_hz = rate_of(*runs)
+    rate_hz = log_rate_hz(*runs)
     return USUAL if rate_hz is None else Loop(rate_hz, USUAL.budget)
 
 
-def rate_of(*runs: Run) -> float | None:
+def log_rate_hz(*runs: Run) -> float | None:
     """The rate of the log that a user brought [Hz], the fastest of several; None without one."""
     return max((rate for *_, rate in _rates(runs)), default=None)
 
 
 def rate_note(*runs: Run) -> list[str]:
     """A sentence on the log whose rate is taken, where others have another; else none."""
-    rates, taken = _rates(runs), rate_of(*runs)
+    rates, taken = _rates(runs), log_rate_hz(*runs)
     fastest = [f"{log} of {vehicle}" for log, vehicle, rate in rates if rate == taken]
     slower = [
         f"{log} of {vehicle} has {rate:g} Hz"
@@ -116,15 +114,8 @@ def spoken_name(size: Size) -> str:
 
 def trust_note(run: Run) -> str:
     """How far the machine lets one trust that: how much of the run it disturbed, and how long it paused."""
-    measured = [row for row in run.rows if not row.failed and row.vehicle != NO_VEHICLE]
-    busy = [row for row in measured if row.measured.disturbances]
-    noisy = len(busy) > NOISY_SHARE * len(measured)
-    causes = Counter(what for row in busy for what in row.measured.disturbances)
-    text = (
-        f"noisy: {len(busy)} of {len(measured)} rows disturbed"
-        if noisy
-        else (f"quiet: {len(busy)} of {len(measured)} rows disturbed")
-    )
+    word = "noisy" if run.disturbed > NOISY_SHARE * len(run.measured) else "quiet"
+    text = f"{word}: {run.disturbed} of {len(run.measured)} rows disturbed"
     if run.by_driver:
         scalar = run.form["scalar"]
         text = f"timed by its driver in {IN_WORDS.get(scalar, f'{scalar} precision')},"
@@ -132,8 +123,8 @@ def trust_note(run: Run) -> str:
         if lost := run.record.header.settings.get("missing"):
             more = f" and {len(lost) - 1} more" if len(lost) > 1 else ""
             text += f"; its log is not whole: left out are {lost[0]}{more}"
-    if causes:
-        text += f" ({', '.join(what for what, _ in causes.most_common())})"
+    if run.disturbances:
+        text += f" ({', '.join(what for what, _ in run.disturbances.most_common())})"
     seen = find_pauses(run)
     if seen.excess:
         longest = three(seen.excess[-1][0] / 1000)
@@ -147,11 +138,19 @@ def cut_log_notes(run: Run, write: Callable[[str], str] = str) -> list[str]:
     return sorted({cut_note(write(p.demands), p.n_demands, p.left_out) for p in logs})
 
 
+def opening_sizes(run: Run) -> list[Size]:
+    """Best size of each method at ``opening_loop``, without degraded vehicles and a study's."""
+    return [size for size in best_of_each(sizes(run, opening_loop(run))) if size.vehicle in run.vehicles]
+
+
+def first_methods(sized: Sequence[Size]) -> dict[str, str]:
+    """Method to take first by vehicle."""
+    return {size.vehicle: size.method for size in reversed(sized)}
+
+
 def usual_verdicts(run: Run) -> list[str]:
-    """Verdicts at the run's ``opening_loop`` on its vehicles, without degraded ones and a study's."""
-    loop = opening_loop(run)
-    sized = [size for size in best_of_each(sizes(run, loop)) if size.vehicle in run.vehicles]
-    return verdicts(sized, loop)
+    """Verdicts on ``opening_sizes``."""
+    return verdicts(opening_sizes(run), opening_loop(run))
 
 
 def _why_not_exact(own: Sequence[Size]) -> str:

@@ -8,9 +8,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from alloc import catalogue
+from alloc.discovery import Entry
 from alloc.formulations import find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
 from bench.record import Emulated, ProcessorFacts
+from bench.results.quantiles import group, largest
 from bench.results.size import Fit, Loop, Size, rank_sizes
 from bench.results.sizing import UNMET, refuses
 from bench.results.text import three
@@ -38,8 +40,14 @@ class EmulatedRow:
         return one.method if one.faults == "one" else f"{one.method}, --faults {one.faults}"
 
     @property
+    def kernel(self) -> tuple[str, str, str, str]:
+        """Vehicle, processor, method and precision."""
+        one = self.emulated
+        return one.vehicle, one.target, one.method, one.scalar
+
+    @property
     def calls(self) -> int:
-        """How many calls were counted."""
+        """Number of calls that were counted."""
         return self.emulated.tried or sum(calls for _, calls in self.emulated.instructions)
 
     @property
@@ -53,7 +61,7 @@ class EmulatedRow:
         return _worst(self.emulated)
 
     @property
-    def known(self) -> int | None:
+    def costliest(self) -> int | None:
         """Instructions of the most costly call that is known, numbers that overflow or are none included."""
         return max(filter(None, (self.worst, self.emulated.known)), default=None)
 
@@ -189,7 +197,7 @@ class KernelCost:
     vehicle, target, method, scalar : what names the kernel and the processor
     instructions : count of the most costly call that is known, over every demand set and what overflows,
         without a failed thruster
-    off : the same of calls with one thruster off, as far as they were asked; None where none was
+    one_failed : the same of calls with one thruster off, as far as they were asked; None where none was
     at_most : what no call exceeds, by the binary's longest path; None where that is not known
     cycles : of the most costly call, at least and at most, by published timings; None where none are known
     flash_bytes : code and tables, for all failures [bytes]
@@ -207,7 +215,7 @@ class KernelCost:
     method: str
     scalar: str
     instructions: int
-    off: int | None = None
+    one_failed: int | None = None
     at_most: int | None = None
     cycles: tuple[int, int] | None = None
     flash_bytes: int = 0
@@ -279,44 +287,38 @@ def find_kernels(rows: Iterable[EmulatedRow], board: str = "") -> list[KernelCos
     A size is asked for the C as codegen writes it by itself. Other forms stand in where that was not counted.
     """
     known = {entry.name: entry for entry in catalogue()}
-    forms: dict[tuple[str, str, str, str], dict[str, list[EmulatedRow]]] = {}
-    for row in rows:
-        key = (row.emulated.vehicle, row.emulated.target, row.emulated.method, row.emulated.scalar)
-        forms.setdefault(key, {}).setdefault(_form(row.emulated), []).append(row)
-    groups = [
-        (*key, form, own[form])
-        for key, own in sorted(forms.items())
-        for form in ([""] if "" in own else sorted(own))
+    forms = group(rows, lambda row: (*row.kernel, _form(row.emulated)))
+    usual = {names[:-1] for names in forms if not names[-1]}
+    return [
+        _kernel(own, names[-1], known.get(own[0].emulated.method), board)
+        for names, own in sorted(forms.items())
+        if (not names[-1] or names[:-1] not in usual) and any(row.worst is not None for row in own)
     ]
-    made = []
-    for vehicle, target, method, scalar, form, group in groups:
-        counts = [row for row in group if row.worst is not None]
-        if not counts:
-            continue
-        entry = known.get(method)
-        formulation = HARD if entry is None else find_formulation(entry.formulation)
-        made.append(
-            KernelCost(
-                vehicle=vehicle,
-                target=target,
-                method=method,
-                scalar=scalar,
-                instructions=max(row.known or 0 for row in counts),
-                off=max((row.emulated.known_off for row in counts if row.emulated.known_off), default=None),
-                at_most=max((row.emulated.at_most for row in counts if row.emulated.at_most), default=None),
-                cycles=_cycles(counts, board),
-                flash_bytes=max(row.emulated.flash_bytes or 0 for row in counts),
-                rows={row.emulated.demands: row.emulated for row in counts},
-                agrees=all(row.emulated.agrees for row in counts),
-                missed=tuple(row.emulated.demands for row in group if row.worst is None),
-                formulation=formulation.name,
-                family=formulation.family if entry is None else entry.family,
-                twin="" if entry is None else entry.twin,
-                solver=group[0].emulated.solver,
-                form=form,
-            )
-        )
-    return made
+
+
+def _kernel(rows: Sequence[EmulatedRow], form: str, entry: Entry | None, board: str) -> KernelCost:
+    counts = [row for row in rows if row.worst is not None]
+    formulation = HARD if entry is None else find_formulation(entry.formulation)
+    vehicle, target, method, scalar = rows[0].kernel
+    return KernelCost(
+        vehicle=vehicle,
+        target=target,
+        method=method,
+        scalar=scalar,
+        instructions=largest(row.costliest for row in counts) or 0,
+        one_failed=largest(row.emulated.known_off or None for row in counts),
+        at_most=largest(row.emulated.at_most or None for row in counts),
+        cycles=_cycles(counts, board),
+        flash_bytes=largest(row.emulated.flash_bytes for row in counts) or 0,
+        rows={row.emulated.demands: row.emulated for row in counts},
+        agrees=all(row.emulated.agrees for row in counts),
+        missed=tuple(row.emulated.demands for row in rows if row.worst is None),
+        formulation=formulation.name,
+        family=formulation.family if entry is None else entry.family,
+        twin="" if entry is None else entry.twin,
+        solver=rows[0].emulated.solver,
+        form=form,
+    )
 
 
 def _form(one: Emulated) -> str:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from bench.results.columns import Row
+from bench.results.quantiles import group
 from bench.results.ranking import is_exact
 from bench.results.rows import Run
 
@@ -46,12 +47,13 @@ class Series:
 def series(run: Run) -> list[Series]:
     """Every method on every family of generated vehicles, by k and label; [] without a study."""
     shapes = {p.vehicle: (len(p.dof), p.n) for p in run.record.problems if p.study == STUDY}
-    by_method: dict[tuple[int, str], dict[int, Row]] = {}
-    for row in run.rows:
-        if row.vehicle in shapes and not row.described.yardstick:
-            k, n = shapes[row.vehicle]
-            by_method.setdefault((k, row.label), {})[n] = row
-    return [Series(k, label, dict(sorted(rows.items()))) for (k, label), rows in sorted(by_method.items())]
+    rows = (row for row in run.rows if row.vehicle in shapes and not row.described.yardstick)
+    by_size = sorted(rows, key=lambda row: shapes[row.vehicle])
+    by_method = group(by_size, lambda row: (shapes[row.vehicle][0], row.label))
+    return [
+        Series(k, label, {shapes[row.vehicle][1]: row for row in own})
+        for (k, label), own in sorted(by_method.items())
+    ]
 
 
 def exponent(values: dict[int, float]) -> tuple[float, float] | None:

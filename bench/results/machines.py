@@ -66,7 +66,7 @@ def _check_names(directories: Sequence[Path], runs: Sequence[Run]) -> None:
     vehicles: dict[str, tuple[Path, Problem]] = {}
     sets: dict[tuple[str, str], tuple[Path, Problem]] = {}
     for directory, run in zip(directories, runs, strict=True):
-        for (vehicle, demands), problem in run.asked.items():
+        for (vehicle, demands), problem in run.problem_by_set.items():
             what = ""
             first, known = sets.setdefault((vehicle, demands), (directory, problem))
             if _other_demands(known, problem):
@@ -135,7 +135,7 @@ def _apart(one: Mapping[str, Any], two: Mapping[str, Any], lacking: str = "unkno
 
 def comparison_obstacle(a: Run, b: Run, vehicle: str, demands: str) -> str:
     """Reason why two runs were not asked alike on this vehicle's demand set; empty where they were."""
-    ours, theirs = (run.asked.get((vehicle, demands)) for run in (a, b))
+    ours, theirs = (run.problem_by_set.get((vehicle, demands)) for run in (a, b))
     if ours is None or theirs is None:
         return "not asked on both"
     if ours.rate_hz is None and a.record.header.seed != b.record.header.seed:
@@ -155,7 +155,7 @@ def medians(machines: Sequence[NamedRun], vehicle: str, demands: str) -> dict[st
     shown = [row.label for m in machines for row in best_rows(m.run, vehicle, demands)]
     shown += [row.label for m in machines for row in unmeasured_plugins(m.run, vehicle, demands)]
     measured = [
-        {row.label: row for row in m.run.of(vehicle, demands) if not row.failed or row.described.plugin}
+        {row.label: row for row in m.run.select(vehicle, demands) if not row.failed or row.described.plugin}
         for m in machines
     ]
     return {label: [by_label.get(label) for by_label in measured] for label in dict.fromkeys(shown)}
@@ -183,7 +183,7 @@ def order_changes(by_label: Mapping[str, Sequence[Row | None]], i: int, j: int) 
     ]
 
 
-def sizes_of(
+def machine_sizes(
     machines: Sequence[NamedRun], loop: Loop, clock_hz: float | None = None, given: Cpi | None = None
 ) -> dict[str, list[Size]]:
     """The sizes on each machine that was timed and, where a clock is given, each processor that was emulated.

@@ -14,6 +14,8 @@ from bench.record import Batch, Cell, Header, Judged, Key, Method, Worker
 
 Time = TypeVar("Time", bound=float)
 N = TypeVar("N", int, float)
+Item = TypeVar("Item")
+Name = TypeVar("Name")
 Histogram = Sequence[tuple[float, int]]
 """A multiset of times: [(time [ns], how often), …], sorted."""
 
@@ -29,28 +31,28 @@ class Tally:
 
     Attributes
     ----------
-    counted : the times
+    times : [(time [ns], how often), …], sorted
     """
 
-    counted: Histogram
+    times: Histogram
 
     @cached_property
     def calls(self) -> int:
         """Number of times."""
-        return total(self.counted)
+        return total(self.times)
 
     @cached_property
     def took_ns(self) -> float:
         """All times together [ns]."""
-        return sum(ns * count for ns, count in self.counted)
+        return sum(ns * count for ns, count in self.times)
 
     @cached_property
     def _from(self) -> list[int]:
-        return [*accumulate((count for _, count in reversed(self.counted)), initial=0)][::-1]
+        return [*accumulate((count for _, count in reversed(self.times)), initial=0)][::-1]
 
     def later(self, limit_us: float, beyond_us: float = 0.0) -> int:
         """How many times are longer than a limit, ``beyond_us`` added to each [us]."""
-        return self._from[bisect_right(self.counted, limit_us, key=lambda each: beyond_us + each[0] / 1000)]
+        return self._from[bisect_right(self.times, limit_us, key=lambda each: beyond_us + each[0] / 1000)]
 
 
 def merge(counted: Iterable[Sequence[tuple[Time, int]]]) -> list[tuple[Time, int]]:
@@ -177,12 +179,20 @@ class Repeats:
         return [median(getattr(b, clock) / b.calls for b in repeat) for repeat in timed if repeat]
 
 
+def group(items: Iterable[Item], key: Callable[[Item], Name]) -> dict[Name, list[Item]]:
+    """Items by their key, in the order in which keys first occur."""
+    groups: dict[Name, list[Item]] = {}
+    for item in items:
+        groups.setdefault(key(item), []).append(item)
+    return groups
+
+
 def largest(values: Iterable[N | None]) -> N | None:
     """The largest of the values that are not None; None where all are."""
     return max((value for value in values if value is not None), default=None)
 
 
-def largest_if_known(values: Iterable[N | None]) -> N | None:
+def largest_of_all(values: Iterable[N | None]) -> N | None:
     """The largest of the values; None where one is, for it might be larger."""
     known = list(values)
     return None if None in known else largest(known)

@@ -67,9 +67,9 @@ def best_rows(run: Run, vehicle: str, demands: str) -> list[Row]:
     A method is represented by the fastest of its starts and levels that are right on all of the vehicle's
     demand sets, exact ones before others. Where none is right on all sets, the fastest represents it.
     """
-    wrong = {row.label for row in run.of(vehicle) if not is_right(row)}
+    wrong = {row.label for row in run.select(vehicle) if not is_right(row)}
     chosen: dict[str, tuple[bool, bool, float, Row]] = {}
-    for row in run.of(vehicle, demands):
+    for row in run.select(vehicle, demands):
         time = row.call_p50_us
         allocates = bool(row.measured.cells[0].formulation)  # a yardstick has none
         if row.failed or time is None or not allocates:
@@ -165,7 +165,7 @@ def shortlist(rows: Sequence[Row], taken: str = "") -> list[Row]:
 
 def unmeasured_plugins(run: Run, vehicle: str, demands: str) -> list[Row]:
     """Rows of the user's own methods that could not be measured there: each has its line, with the reason."""
-    return [row for row in run.of(vehicle, demands) if row.described.plugin and row.failed]
+    return [row for row in run.select(vehicle, demands) if row.described.plugin and row.failed]
 
 
 def _known(row: Row) -> list[float]:
@@ -186,7 +186,7 @@ def served_share(run: Run, vehicle: str, row: Row) -> float | None:
     shares = {s.method: s.within_1pct / s.n_demands for s in served}
     as_exact = EXACT_METHODS[:1] * (is_exact(row) and not row.described.plugin)
     names = [*as_exact, row.described.twin, row.method]
-    on_uniform = [other for other in run.of(vehicle, "uniform") if other.label == row.label]
+    on_uniform = [other for other in run.select(vehicle, "uniform") if other.label == row.label]
     known = [*(shares[name] for name in names if name in shares), *(r.within_1pct_share for r in on_uniform)]
     return next(iter(known), None)
 

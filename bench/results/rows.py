@@ -5,7 +5,7 @@ takes 180 MB where pandas takes 85, and its usual wheels need AVX2, which an Ato
 pandas is imported where a frame is made, not before.
 """
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from bench.record import NO_VEHICLE, Capability, Cell, Header, Key, Method, Problem, Record, Worker, read
 from bench.results.columns import Row, columns
-from bench.results.quantiles import Histogram, Repeats, merge, quantile
+from bench.results.quantiles import Histogram, Repeats, group, largest, merge, quantile
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -104,9 +104,9 @@ FORM = ("scalar", "limits", "faults")
 """What of a board's C decides how long a call takes, and what it answers."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Run:
-    """A record and its rows.
+    """A record and its rows; two runs are never equal, so what is worked out of one can be kept.
 
     Attributes
     ----------
@@ -156,14 +156,31 @@ class Run:
     @cached_property
     def by_vehicle(self) -> dict[str, list[Row]]:
         """Rows by vehicle, in the order of names; canaries belong to no vehicle and are left out."""
-        rows: dict[str, list[Row]] = {}
-        for row in self.rows:
-            if row.vehicle != NO_VEHICLE:
-                rows.setdefault(row.vehicle, []).append(row)
-        return rows
+        return group((row for row in self.rows if row.vehicle != NO_VEHICLE), lambda row: row.vehicle)
 
     @cached_property
-    def asked(self) -> dict[tuple[str, str], Problem]:
+    def by_method(self) -> dict[tuple[str, str], list[Row]]:
+        """Rows of each vehicle and ``label``: a method with its start and level on all demand sets."""
+        rows = (row for own in self.by_vehicle.values() for row in own)
+        return group(rows, lambda row: (row.vehicle, row.label))
+
+    @cached_property
+    def measured(self) -> list[Row]:
+        """Rows of vehicles that have a time."""
+        return [row for own in self.by_vehicle.values() for row in own if not row.failed]
+
+    @cached_property
+    def disturbances(self) -> Counter[str]:
+        """Number of ``measured`` rows by what disturbed them."""
+        return Counter(what for row in self.measured for what in row.measured.disturbances)
+
+    @cached_property
+    def disturbed(self) -> int:
+        """Number of ``measured`` rows that something disturbed."""
+        return sum(not row.undisturbed for row in self.measured)
+
+    @cached_property
+    def problem_by_set(self) -> dict[tuple[str, str], Problem]:
         """The problem of each vehicle and demand set."""
         return {(problem.vehicle, problem.demands): problem for problem in self.record.problems}
 
@@ -195,19 +212,28 @@ class Run:
         """Demand sets of a vehicle, in the order of tables."""
         return sort_sets({row.demands for row in self.by_vehicle[vehicle]})
 
-    def leading(self, vehicle: str) -> list[str]:
+    def leading_sets(self, vehicle: str) -> list[str]:
         """The sets that stand for all of a vehicle's: the first of tables, and each that a user brought."""
         first, *others = self.sets(vehicle)
-        return [first, *(name for name in others if self.given(vehicle, name))]
+        return [first, *(name for name in others if self.is_log(vehicle, name))]
 
-    def given(self, vehicle: str, demands: str) -> bool:
+    @property
+    def main_sets(self) -> list[tuple[str, str]]:
+        """Each vehicle with each of its ``leading_sets``: the tables of report.md."""
+        return [(vehicle, demands) for vehicle in self.vehicles for demands in self.leading_sets(vehicle)]
+
+    def is_log(self, vehicle: str, demands: str) -> bool:
         """True if a user brought that set."""
-        problem = self.asked.get((vehicle, demands))
+        problem = self.problem_by_set.get((vehicle, demands))
         return problem is not None and problem.given
 
     def singles(self, row: Row) -> Histogram:
         """Single calls of a row's method, start and level on all of its vehicle's demand sets [ns]."""
-        return merge(other.measured.singles for other in self.of(row.vehicle) if other.label == row.label)
+        return self._singles.get((row.vehicle, row.label), [])
+
+    @cached_property
+    def _singles(self) -> dict[tuple[str, str], Histogram]:
+        return {key: merge(row.measured.singles for row in rows) for key, rows in self.by_method.items()}
 
     def tail_us(self, row: Row, q: float) -> float | None:
         """Quantile ``q`` of ``singles`` [us]; None where there are too few, on any set, for it.
@@ -216,15 +242,14 @@ class Run:
         quantile leaves the set out.
         """
         tail = quantile(self.singles(row), q)
-        rows = [other for other in self.of(row.vehicle) if other.label == row.label]
-        slowest = max((median for other in rows if (median := other.call_p50_us) is not None), default=0.0)
+        slowest = largest(r.call_p50_us for r in self.by_method.get((row.vehicle, row.label), [])) or 0.0
         return None if tail is None or tail / 1000 < slowest else tail / 1000
 
     def capability(self, vehicle: str) -> Capability | None:
         """The vehicle's capability; None where the record has none, as for a degraded vehicle."""
         return next((c for c in self.record.capabilities if c.vehicle == vehicle), None)
 
-    def of(self, vehicle: str, demands: str = "") -> list[Row]:
+    def select(self, vehicle: str, demands: str = "") -> list[Row]:
         """Rows of a vehicle on one demand set, or on all."""
         return [row for row in self.by_vehicle.get(vehicle, []) if demands in ("", row.demands)]
 

@@ -8,7 +8,7 @@ from math import ceil
 from operator import attrgetter
 from typing import Any
 
-from bench.results.quantiles import largest, largest_if_known
+from bench.results.quantiles import largest, largest_of_all
 
 LATE_SHARE = 0.001
 """Largest share of late calls of a method that fits: one in a thousand, as p99.9 is judged."""
@@ -225,7 +225,7 @@ def worst_size(there: Mapping[str, Size]) -> Size:
         reason=f"{place}: {size.reason}" if size.reason else "",
         exact=all(s.exact for s in every),
         refusal=max(every, key=lambda s: (s.refused, s.refusal)).refusal,
-        p999_us=largest_if_known(s.p999_us for s in every),
+        p999_us=largest_of_all(s.p999_us for s in every),
         late=sum(s.late for s in every),
         calls=sum(s.calls for s in every),
         rate_hz=min((s.rate_hz for s in every if s.rate_hz is not None), default=None),

@@ -1,9 +1,9 @@
 """Fit of methods to a control rate: times, late calls, refusals, and a verdict."""
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise
 from math import inf, prod
 from operator import itemgetter
@@ -16,7 +16,7 @@ from bench.results.columns import Row
 from bench.results.quantiles import (
     Histogram,
     Tally,
-    largest_if_known,
+    largest_of_all,
     late_bound,
     merge,
     quantile,
@@ -172,6 +172,7 @@ class Pauses:
         return Tally(self.excess)
 
 
+@lru_cache(maxsize=4)
 def find_pauses(run: Run) -> Pauses:
     """The pauses that a run's yardsticks show."""
     excess: list[Histogram] = []
@@ -218,26 +219,22 @@ def sizes(run: Run, loop: Loop, transfer: Transfer | None = None, demands: str =
     With a ``transfer`` every time is multiplied by the upper end of its band. A slowest call belongs to the
     machine that made it and is not transferred.
     """
-    groups = [
-        own for rows in rows_by_method(run) if (own := [row for row in rows if demands in ("", row.demands)])
-    ]
-    return rank_sizes([pool.size(loop) for pool in pools(run, groups, transfer)])
+    pools = method_pools(run)
+    if transfer or demands:
+        groups = [[row for row in rows if demands in ("", row.demands)] for rows in sized_methods(run)]
+        pools = [pool_rows(run, rows, transfer) for rows in groups if rows]
+    return rank_sizes([pool.size(loop) for pool in pools])
 
 
-def rows_by_method(run: Run) -> list[list[Row]]:
-    """The rows of each method, start and level on each vehicle."""
-    groups: dict[tuple[str, str], list[Row]] = {}
-    for row in run.rows:
-        if not row.described.yardstick and row.vehicle != NO_VEHICLE:
-            groups.setdefault((row.vehicle, row.label), []).append(row)
-    return list(groups.values())
+def sized_methods(run: Run) -> list[list[Row]]:
+    """The rows of each method, start and level on each vehicle, without yardsticks."""
+    return [rows for rows in run.by_method.values() if not rows[0].described.yardstick]
 
 
-def pools(run: Run, groups: Iterable[Sequence[Row]], transfer: Transfer | None = None) -> Iterator["Pool"]:
-    """Pools of each method; a group holds its rows on all demand sets, or on some."""
-    held_up = find_pauses(run)
-    for rows in groups:
-        yield _pool(rows, transfer, held_up, run.asked)
+@lru_cache(maxsize=4)
+def method_pools(run: Run) -> "list[Pool]":
+    """Pools of ``sized_methods`` on all demand sets."""
+    return [pool_rows(run, rows) for rows in sized_methods(run)]
 
 
 @dataclass(frozen=True)
@@ -246,12 +243,12 @@ class Pool:
 
     Attributes
     ----------
-    seen : all of the size that no loop changes; with a reason it is unfit for any
+    static : all of the size that no loop changes; with a reason it is unfit for any
     singles : single calls on all the sets, [(time [ns], how often), …], sorted
     pauses : of fixed work in the same run; None where times are estimated for another machine
     """
 
-    seen: Size
+    static: Size
     singles: Histogram
     pauses: Pauses | None
 
@@ -261,41 +258,41 @@ class Pool:
 
     def size(self, loop: Loop) -> Size:
         """The size in a loop."""
-        seen = self.seen
-        if seen.reason:
-            return seen
+        own = self.static
+        if own.reason:
+            return own
         late, bound = self.late(loop.limit_us)
         fit, reason, machines = self.verdict(loop.limit_us)
-        rate = loop.highest_rate_hz(seen.max_us) if seen.max_us else None
-        return replace(seen, fit=fit, reason=reason, late=late, bound=bound, machines=machines, rate_hz=rate)
+        rate = loop.highest_rate_hz(own.max_us) if own.max_us else None
+        return replace(own, fit=fit, reason=reason, late=late, bound=bound, machines=machines, rate_hz=rate)
 
     def late(self, limit_us: float) -> tuple[int, float | None]:
         """Number of calls later than a limit, and the bound on their share: None without calls."""
         late = self._tally.later(limit_us)
-        return late, late_bound(late, self.seen.calls) if self.seen.calls else None
+        return late, late_bound(late, self.static.calls) if self.static.calls else None
 
     def verdict(self, limit_us: float) -> tuple[Fit, str, bool]:
         """Fit of calls to a limit, why not better, and whether late calls were the machine's doing."""
-        seen, (late, bound) = self.seen, self.late(limit_us)
+        static, (late, bound) = self.static, self.late(limit_us)
         excuse = ""
-        if self.pauses and seen.p50_us is not None:
-            excuse = machine_excuse(self._tally, late, limit_us, seen.p50_us, seen.steps, self.pauses)
+        if self.pauses and static.p50_us is not None:
+            excuse = machine_excuse(self._tally, late, limit_us, static.p50_us, static.steps, self.pauses)
         if excuse:  # an excused call counts as if it had not been late
-            fit, reason = judge_times(limit_us, seen.p50_us, None, None, late_bound(0, seen.calls))
+            fit, reason = judge_times(limit_us, static.p50_us, None, None, late_bound(0, static.calls))
         else:
             fit, reason = judge_times(
-                limit_us, seen.p50_us, seen.p999_us, seen.max_us, bound, estimated=self.pauses is None
+                limit_us, static.p50_us, static.p999_us, static.max_us, bound, estimated=self.pauses is None
             )
         return fit, reason or excuse, bool(excuse)
 
     def verdicts(self) -> list[tuple[float, Fit, str]]:
         """Every verdict, with the limit [us] from which it holds, up to that of the next."""
-        p50 = self.seen.p50_us
-        if self.seen.reason:
-            return [(0.0, self.seen.fit, self.seen.reason)]
+        p50 = self.static.p50_us
+        if self.static.reason:
+            return [(0.0, self.static.fit, self.static.reason)]
         if p50 is None:
             return [(0.0, *self.verdict(0.0)[:2])]
-        shown = [p50, self.seen.p999_us, self.seen.max_us, p50 * (self.seen.steps or 0)]
+        shown = [p50, self.static.p999_us, self.static.max_us, p50 * (self.static.steps or 0)]
         times = {time for time in [*shown, *(ns / 1000 for ns, _ in self.singles)] if time and time >= p50}
         excess = [p50 + ns / 1000 for ns, _ in self.pauses.excess] if self.pauses else []
         limits = {0.0: self.verdict(0.0)}
@@ -312,10 +309,9 @@ class Pool:
         return found
 
 
-def _pool(
-    rows: Sequence[Row], transfer: Transfer | None, held_up: Pauses, asked: Mapping[tuple[str, str], Problem]
-) -> Pool:
-    first = rows[0]
+def pool_rows(run: Run, rows: Sequence[Row], transfer: Transfer | None = None) -> Pool:
+    """The pool of one method's rows on all demand sets, or on some."""
+    first, asked = rows[0], run.problem_by_set
     problem = asked.get((first.vehicle, first.demands))
     size = Size(
         vehicle=first.vehicle,
@@ -334,7 +330,7 @@ def _pool(
         return Pool(size, [], None)
     factor = transfer.high if transfer else 1.0
     singles = [(ns * factor, count) for ns, count in merge(row.measured.singles for row in rows)]
-    p50 = _times(factor, largest_if_known(row.call_p50_us for row in rows))
+    p50 = _times(factor, largest_of_all(row.call_p50_us for row in rows))
     tail = quantile(singles, 0.999)
     problems = [asked.get((row.vehicle, row.demands)) for row in rows]
     known = [each for each in problems if each]
@@ -353,11 +349,11 @@ def _pool(
         p999_us=None if tail is None or p50 is None or tail / 1000 < p50 else tail / 1000,
         max_us=None if transfer or not singles else singles[-1][0] / 1000,
         calls=total(singles),
-        cpu_us=_times(factor, largest_if_known(row.call_cpu_p50_us for row in rows)),
-        memory_MB=largest_if_known(row.peak_rss_MB for row in rows),
+        cpu_us=_times(factor, largest_of_all(row.call_cpu_p50_us for row in rows)),
+        memory_MB=largest_of_all(row.peak_rss_MB for row in rows),
         steps=first.worst_case_steps,
     )
-    return Pool(size, singles, None if transfer else held_up)
+    return Pool(size, singles, None if transfer else find_pauses(run))
 
 
 def is_exact_everywhere(rows: Sequence[Row]) -> bool:

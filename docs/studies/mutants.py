@@ -180,8 +180,8 @@ MUTANTS = (
     Mutant("a control period is in milliseconds", "return 1e6 / self.rate_hz", "return 1e3 / self.rate_hz"),
     Mutant(
         "late calls are counted from the limit on",
-        "bisect_right(self.counted, limit_us, key",
-        "bisect_right(self.counted, limit_us - 1e-9, key",
+        "bisect_right(self.times, limit_us, key",
+        "bisect_right(self.times, limit_us - 1e-9, key",
     ),
     Mutant(
         "the least share of answered demands is the largest",

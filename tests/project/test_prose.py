@@ -86,8 +86,7 @@ CEILINGS = {
     "bench.layouts": 10,
     "bench.proof": 1,
     "bench.record": 10,
-    "bench.report": 3,
-    "bench.results": 9,
+    "bench.report": 1,
     "bench.suite": 1,
 }
 """Names with such an ending that a room still has, at most; lower a number as names go. Others have none."""

@@ -259,7 +259,7 @@ def _losses(axes: Axes, run: Run, rows: dict[str, dict[str, Row]]) -> None:
         served = served_share(run, vehicle, closed)
         if served is not None:
             axes.barh([y], [100 * (1 - served)], height=0.55, color=CLOSED, alpha=0.6)
-        missed = largest_miss([row for row in run.of(vehicle) if row.label == closed.label])
+        missed = largest_miss([row for row in run.select(vehicle) if row.label == closed.label])
         if missed is not None:
             axes.plot([100 * missed, 100 * missed], [y - 0.38, y + 0.38], color=INK, linewidth=1.8)
             most = max(most, 100 * missed)  # more than the wrench is missing where thrusts turn it

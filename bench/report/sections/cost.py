@@ -43,7 +43,7 @@ def cost(run: Run, drawn: frozenset[str]) -> str:
 def _costs(run: Run, vehicle: str) -> str:
     sets = run.sets(vehicle)
     variants: dict[str, dict[str, Row]] = {}
-    for row in run.of(vehicle):
+    for row in run.select(vehicle):
         if not row.failed and row.call_p50_us is not None:
             variants.setdefault(row.label, {})[row.demands] = row
     pinv = variants.get("pinv", {}).get(sets[0])
@@ -80,7 +80,7 @@ def tails(run: Run, drawn: frozenset[str]) -> str:
     canaries = [row for row in run.rows if row.vehicle == NO_VEHICLE and row.measured.singles]
     if canaries:
         parts += ["What this machine does to fixed work, in the same run:\n", _tails(canaries)]
-    for vehicle, demands in ((name, each) for name in run.vehicles for each in run.leading(name)):
+    for vehicle, demands in run.main_sets:
         rows = [row for row in best_rows(run, vehicle, demands) if row.measured.singles]
         if rows:
             alt = f"{vehicle}: share of calls slower than a time, by method"

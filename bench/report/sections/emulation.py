@@ -1,7 +1,7 @@
 """Report section: instructions of the generated C on emulated processors, and its goals; no times."""
 
 from collections.abc import Sequence
-from itertools import groupby, product
+from itertools import product
 
 from bench.record import ProcessorFacts
 from bench.results.emulated import (
@@ -14,6 +14,7 @@ from bench.results.emulated import (
     latest_processors,
     table_scalar,
 )
+from bench.results.quantiles import group
 from bench.results.rows import Run
 from bench.results.text import plain, table, three
 
@@ -65,9 +66,7 @@ def _of(row: EmulatedRow) -> tuple[str, ...]:
 
 def _table(rows: Sequence[EmulatedRow]) -> str:
     vehicles = list(dict.fromkeys(row.emulated.vehicle for row in rows))
-    by_method: dict[str, list[EmulatedRow]] = {}
-    for row in rows:
-        by_method.setdefault(row.emulated.method, []).append(row)
+    by_method = group(rows, lambda row: row.emulated.method)
     lines = []
     for method, own in sorted(by_method.items(), key=lambda item: _most_instructions(item[1])):
         worst = [
@@ -110,17 +109,12 @@ STACK_BYTES = 200
 def goals(rows: Sequence[EmulatedRow], processors: Sequence[ProcessorFacts]) -> str:
     """Table of the goals and the counts, for kernels that were counted; a missed goal is marked."""
     boards = [(one, scalar) for one in latest_processors(processors) if one.goal for scalar in one.scalars]
-    by_kernel: dict[tuple[str, ...], list[EmulatedRow]] = {}
-    for row in rows:
-        kernel = row.emulated
-        if (kernel.limits, kernel.faults) != ("fixed", "one"):
-            continue
-        key = (kernel.vehicle, kernel.method, kernel.target, kernel.scalar)
-        by_kernel.setdefault(key, []).append(row)
+    usual = (row for row in rows if (row.emulated.limits, row.emulated.faults) == ("fixed", "one"))
+    by_kernel = group(usual, lambda row: row.kernel)
     lines = []
     for vehicle, method, most in GOALS:
         cells = [
-            _counted(by_kernel.get((vehicle, method, one.name, scalar), []), (one.goal or 0.0) * most)
+            _counted(by_kernel.get((vehicle, one.name, method, scalar), []), (one.goal or 0.0) * most)
             for one, scalar in boards
         ]
         if any(any(cell) for cell in cells):
@@ -152,9 +146,8 @@ def summary(run: Run) -> str:
     targets = list(dict.fromkeys(each.target for each in shown))
     lines = []
     # Rows come by scalar, then by limits; here scalars don't matter.
-    by_kernel = sorted(emulated, key=lambda r: _names(r, without_scalar=True))
-    for names, group in groupby(by_kernel, key=lambda r: _names(r, without_scalar=True)):
-        own = list(group)
+    by_kernel = group(emulated, lambda row: _names(row, without_scalar=True))
+    for names, own in sorted(by_kernel.items()):
         worst = [_most(own, target, scalar) for target in targets]
         if any(worst):
             lines.append([*names, *worst])
@@ -173,7 +166,7 @@ def summary(run: Run) -> str:
 
 
 def _most(own: Sequence[EmulatedRow], target: str, scalar: str) -> str:
-    counts = [r.known for r in own if (r.emulated.target, r.emulated.scalar) == (target, scalar)]
+    counts = [r.costliest for r in own if (r.emulated.target, r.emulated.scalar) == (target, scalar)]
     return str(max((count for count in counts if count is not None), default=""))
 
 
@@ -219,8 +212,8 @@ def _target(counted: Sequence[EmulatedRow]) -> str:
         *("worst", *published, "over x86", "flash [B]", "RAM [B]", "stack [B]"),
     )
     lines = []
-    for names, group in groupby(counted, key=lambda row: _names(row)):
-        by_class = {row.emulated.demands: row for row in group}
+    for names, own in group(counted, _names).items():
+        by_class = {row.emulated.demands: row for row in own}
         worst = max(by_class.values(), key=lambda row: row.worst or 0)
         means = [three(by_class[name].mean) if name in by_class else "" for name in classes]
         sizes = (worst.emulated.flash_bytes, worst.emulated.ram_static_bytes)
@@ -244,15 +237,14 @@ def _names(row: EmulatedRow, *, without_scalar: bool = False) -> tuple[str, ...]
 
 def _failures(failed: Sequence[EmulatedRow]) -> str:
     # A kernel that fails on one processor mostly fails on all, so rows with the same reason share a line.
-    alike: dict[tuple[str, ...], list[EmulatedRow]] = {}
-    for row in failed:
+    def names(row: EmulatedRow) -> tuple[str, str, str, str]:
         limits = "" if row.emulated.limits == "fixed" else ", limits of each call"
-        key = (row.emulated.vehicle, f"{row.method}{limits}", row.emulated.demands, _why(row))
-        alike.setdefault(key, []).append(row)
+        return row.emulated.vehicle, f"{row.method}{limits}", row.emulated.demands, _why(row)
+
     lines = []
-    for (vehicle, method, demands, why), group in alike.items():
-        scalars = ", ".join(sorted({row.emulated.scalar for row in group}))
-        targets = ", ".join(sorted({row.emulated.target for row in group}))
+    for (vehicle, method, demands, why), own in group(failed, names).items():
+        scalars = ", ".join(sorted({row.emulated.scalar for row in own}))
+        targets = ", ".join(sorted({row.emulated.target for row in own}))
         lines.append([vehicle, f"{method} {scalars}", targets, demands, why])
     return table(("vehicle", "not counted, or not as in Python", "target", "demands", "why"), lines)
 

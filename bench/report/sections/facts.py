@@ -1,14 +1,14 @@
 """Report sections on how it was measured and judged: agreement, machine, memory, frames, method, limits."""
 
-from collections import Counter, defaultdict
+from collections import defaultdict
 from operator import attrgetter
 from statistics import median
 
 from alloc.vehicle.frame import FRAMES, described
-from bench.record import NO_VEHICLE, Worker
-from bench.report.verdict import cut_log_notes
+from bench.record import Worker
+from bench.report.verdict import NOISY_SHARE, cut_log_notes
 from bench.results.columns import Row
-from bench.results.quantiles import largest
+from bench.results.quantiles import group, largest
 from bench.results.ranking import has_wrong_answer, objection
 from bench.results.rows import Run
 from bench.results.text import percent, plain, table, three
@@ -51,7 +51,7 @@ def slowest(run: Run, drawn: frozenset[str]) -> str:
 
 def memory(run: Run, drawn: frozenset[str]) -> str:
     """A table: peak memory of each method's process, also over an empty one's, and the time of its import."""
-    methods = sorted({row.method for row in run.rows if not row.failed and row.vehicle != NO_VEHICLE})
+    methods = sorted({row.method for row in run.measured})
     workers = {name: [w for w in run.record.workers if w.method == name] for name in methods}
     empty = _peak_MB(workers.get("noop", []))
     lines = []
@@ -97,13 +97,12 @@ def machine(run: Run, drawn: frozenset[str]) -> str:
 
 
 def _quiet(run: Run) -> str:
-    measured = [row for row in run.rows if not row.failed and row.vehicle != NO_VEHICLE]
-    disturbed = Counter(what for row in measured for what in row.measured.disturbances)
-    busy = sum(bool(row.measured.disturbances) for row in measured)
-    steal = sum((c.quiet.steal_ticks or 0) for row in measured for c in row.measured.cells if c.quiet) / 100
-    text = f"Disturbed rows: {busy} of {len(measured)} ({percent(busy / len(measured) if measured else 0.0)})"
-    if disturbed:
-        text += ", by " + ", ".join(f"{what} ({count})" for what, count in sorted(disturbed.items()))
+    cells = (cell for row in run.measured for cell in row.measured.cells)
+    steal = sum((cell.quiet.steal_ticks or 0) for cell in cells if cell.quiet) / 100
+    n = len(run.measured)
+    text = f"Disturbed rows: {run.disturbed} of {n} ({percent(run.disturbed / n if n else 0.0)})"
+    if run.disturbances:
+        text += ", by " + ", ".join(f"{what} ({count})" for what, count in sorted(run.disturbances.items()))
     text += f". Time stolen by the hypervisor: {three(steal)} s."
     done = [event for event in run.record.events if event.timed_s]
     if done:
@@ -164,8 +163,7 @@ NOISY = """- More than one row in ten was measured while the machine was disturb
 
 def limits(run: Run, drawn: frozenset[str]) -> str:
     """The limits of every run, and those of this one."""
-    measured = [row for row in run.rows if not row.failed]
-    noisy = sum(bool(row.measured.disturbances) for row in measured) > len(measured) / 10
+    noisy = run.disturbed > NOISY_SHARE * len(run.measured)
     virtual = run.record.header.machine.get("virtual")
     cut = "".join(f"- {sentence}\n" for sentence in cut_log_notes(run, plain))
     times = LIMITS_DRIVER if run.by_driver else LIMITS_PYTHON
@@ -187,21 +185,13 @@ def agreement(run: Run, drawn: frozenset[str]) -> str:
 
 
 def _agreement(rows: list[Row]) -> str:
-    by_label: dict[str, list[Row]] = defaultdict(list)
-    for row in rows:
-        if row.agreed is not None:
-            by_label[row.label].append(row)
+    by_label = group((row for row in rows if row.agreed is not None), attrgetter("label"))
     lines = []
-    for label, group in sorted(by_label.items()):
-        agreeing = sum(row.agreed is True for row in group)
-        distance, promise, gap = (
-            largest(map(attrgetter(name), group))
-            for name in ("distance_relative", "tolerance", "gap_relative")
-        )
-        answers = group[0].formulation
-        lines.append(
-            [label, answers, f"{agreeing} of {len(group)}", three(distance), three(promise), three(gap)]
-        )
+    for label, own in sorted(by_label.items()):
+        agreeing = f"{sum(row.agreed is True for row in own)} of {len(own)}"
+        columns = ("distance_relative", "tolerance", "gap_relative")
+        worst = [three(largest(map(attrgetter(name), own))) for name in columns]
+        lines.append([label, own[0].formulation, agreeing, *worst])
     headers = ("method", "answers", "rows that agree", "largest distance", "promised", "largest duality gap")
     return table(headers, lines) if lines else ""
 

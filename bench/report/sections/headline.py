@@ -1,10 +1,18 @@
 """Report sections that open it: method to take, cost of exactness and limits, methods to compare."""
 
 from alloc.formulations import Family
-from bench.record import NO_VEHICLE, SERVED_WITHIN
+from bench.record import SERVED_WITHIN
 from bench.record.schema import machine_name
 from bench.report.pictures import picture
-from bench.report.verdict import cut_log_notes, opening_loop, rate_note, trust_note, usual_verdicts
+from bench.report.verdict import (
+    cut_log_notes,
+    first_methods,
+    opening_loop,
+    opening_sizes,
+    rate_note,
+    trust_note,
+    usual_verdicts,
+)
 from bench.results.columns import Row
 from bench.results.ranking import (
     best_rows,
@@ -22,7 +30,7 @@ from bench.results.ranking import (
     unmeasured_plugins,
 )
 from bench.results.rows import Run
-from bench.results.sizing import sizes
+from bench.results.sizing import sized_methods
 from bench.results.text import number_range, plain, plural, table, three
 
 
@@ -70,7 +78,7 @@ def row_of_method(rows: list[Row], method: str) -> Row | None:
 
 
 def _typical(run: Run) -> list[list[Row]]:
-    return [best_rows(run, vehicle, demands) for vehicle in run.vehicles for demands in run.leading(vehicle)]
+    return [best_rows(run, *each) for each in run.main_sets]
 
 
 def _cost(run: Run) -> str:
@@ -118,7 +126,7 @@ def _loss(run: Run) -> str:
             served += [100 * share for share in _numbers(served_share(run, pinv.vehicle, pinv))]
             lost += _numbers(pinv.lost_wrench_max)
             turned += _numbers(pinv.direction_error_max_deg)
-            problem = run.asked.get((pinv.vehicle, pinv.demands))
+            problem = run.problem_by_set.get((pinv.vehicle, pinv.demands))
             hopeless = hopeless or bool(problem and problem.labels.get("infeasible"))
     parts = []
     if served:
@@ -140,7 +148,7 @@ def _loss(run: Run) -> str:
 
 
 def _trust(run: Run) -> str:
-    rows = [row for row in run.rows if row.vehicle != NO_VEHICLE and not row.described.yardstick]
+    rows = [row for own in sized_methods(run) for row in own]
     failed = sum(row.failed is not None for row in rows)
     wrong = sum(row.failed is None and has_wrong_answer(row) for row in rows)
     # A solver that gives up, or stops early with the status for it, breaks no promise and still serves less
@@ -182,9 +190,9 @@ MEDIANS = " A median is over batches of calls: on a log, whose calls differ, it 
 def candidates(run: Run, drawn: frozenset[str]) -> str:
     """A table for each vehicle and log: what none beats in time and loss, and what it is held against."""
     parts = []
-    first = {size.vehicle: size.method for size in reversed(sizes(run, opening_loop(run)))}
+    first = first_methods(opening_sizes(run))
     for vehicle in run.vehicles:
-        for demands in run.leading(vehicle):
+        for demands in run.leading_sets(vehicle):
             measured = best_rows(run, vehicle, demands)
             rows = shortlist(measured, first.get(vehicle, ""))
             gone = unmeasured_plugins(run, vehicle, demands)
@@ -197,7 +205,7 @@ def candidates(run: Run, drawn: frozenset[str]) -> str:
     if not parts:
         return ""
     own = any(method.plugin for method in run.record.methods)
-    logs = any(run.given(vehicle, demands) for vehicle in run.vehicles for demands in run.leading(vehicle))
+    logs = any(run.is_log(*each) for each in run.main_sets)
     which = (
         "What to take first, what no other method beats in both time and loss, the fastest exact one in plain"
         " Python and by a solver, and the closed form and the rule of practice to compare them with."

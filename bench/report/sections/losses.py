@@ -29,10 +29,10 @@ def losses(run: Run, drawn: frozenset[str]) -> str:
 
 def _vehicle(run: Run, vehicle: str) -> list[str]:
     asked = run.sets(vehicle)
-    by_set = {name: {row.label: row for row in run.of(vehicle, name) if not row.failed} for name in asked}
+    by_set = {name: {row.label: row for row in run.select(vehicle, name) if not row.failed} for name in asked}
     # On inactive demands the closed forms are the optimum, so no method loses anything by design.
     hard = [name for name in asked if name != "inactive"] or asked
-    leading = [name for name in run.leading(vehicle) if name in hard] or hard[:1]
+    leading = [name for name in run.leading_sets(vehicle) if name in hard] or hard[:1]
     rows = [
         row for name in leading for row in best_rows(run, vehicle, name) if row.lost_wrench_max is not None
     ]
@@ -131,7 +131,7 @@ def moving(run: Run, drawn: frozenset[str]) -> str:
 def sequences(run: Run) -> list[Problem]:
     """The problems that this section is about, in the order of vehicles and sets."""
     wanted = [p for p in run.record.problems if p.moving or p.rate_hz is not None]
-    return [p for p in wanted if p.vehicle in run.by_vehicle and run.of(p.vehicle, p.demands)]
+    return [p for p in wanted if p.vehicle in run.by_vehicle and run.select(p.vehicle, p.demands)]
 
 
 def title(problem: Problem) -> str:
@@ -144,7 +144,7 @@ def title(problem: Problem) -> str:
 def sequence_table(run: Run, problem: Problem) -> str:
     """The table of one problem: a line for each method and level, fastest first."""
     starts: dict[tuple[str, str], dict[str, Row]] = {}
-    for row in run.of(problem.vehicle, problem.demands):
+    for row in run.select(problem.vehicle, problem.demands):
         if not row.failed and row.measured.cells[0].formulation and row.call_p50_us is not None:
             starts.setdefault((row.method, row.measured.key.level), {})[row.start] = row
     lines = [(by.get("reused") or next(iter(by.values())), by) for by in starts.values()]

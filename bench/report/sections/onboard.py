@@ -55,9 +55,9 @@ def onboard(run: Run, drawn: frozenset[str]) -> str:
     return said + "\n" + table([*headers, "below clip"], lines)
 
 
-def kind_of(run: Run, vehicle: str, demands: str) -> str:
+def set_kind(run: Run, vehicle: str, demands: str) -> str:
     """Kind of a set: all, none or some of its demands can be met; empty where the record does not say."""
-    problem = run.asked.get((vehicle, demands))
+    problem = run.problem_by_set.get((vehicle, demands))
     if problem is None or not problem.labels:
         return ""
     beyond = problem.labels.get("infeasible", 0)
@@ -68,9 +68,9 @@ def _priced(run: Run, vehicle: str) -> Iterable[Priced]:
     """The rows of C on the vehicle's first set of each kind and on each log, without those that are wrong."""
     shown: set[str] = set()
     for demands in run.sets(vehicle):
-        kind = kind_of(run, vehicle, demands)
+        kind = set_kind(run, vehicle, demands)
         rows = best_rows(run, vehicle, demands)
-        if not kind or not rows or (kind in shown and not run.given(vehicle, demands)):
+        if not kind or not rows or (kind in shown and not run.is_log(vehicle, demands)):
             continue
         shown.add(kind)
         clip = next((row for row in rows if CLIP in (row.method, row.described.twin)), None)
@@ -132,6 +132,6 @@ def _names(run: Run, priced: list[Priced], kind: str) -> str:
     asked = {one.row.demands: (one.row.vehicle, one.row.demands) for one in priced if one.kind == kind}
     names = []
     for demands, key in sorted(asked.items()):
-        problem = run.asked[key]
+        problem = run.problem_by_set[key]
         names.append(f"the first {problem.n_demands} of {demands}" if problem.left_out else demands)
     return plain(" and ".join(names))

@@ -77,9 +77,7 @@ def test_what_is_delivered_counts_each_attainable_call_once(tmp_path: Path) -> N
     assert cells(text, "scaled")[7:] == ["62.5 %", "0.49", "61°"]  # (40 + 60) of 160
 
 
-def test_a_method_without_answers_beyond_refuses_and_one_without_limits_is_cut(
-    tmp_path: Path,
-) -> None:
+def test_a_method_without_answers_beyond_refuses_and_one_without_limits_is_cut(tmp_path: Path) -> None:
     nothing = {"along_mean": None, "direction_error_max_deg": None, "demands": "infeasible"}
     text = printed(
         tmp_path,

@@ -5,52 +5,28 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from bench.record import (
-    FILE_NAME,
-    Authority,
-    Capability,
-    Cell,
-    Curve,
-    Judged,
-    Key,
-    LastMetre,
-    Plane,
-    Quiet,
-    RecordError,
-    Served,
-)
+from bench.record import FILE_NAME, Capability, Cell, Curve, Judged, Key, LastMetre, Plane, Quiet, RecordError
 from bench.report.pictures import draw_all
 from bench.report.pictures import vehicles as pictured
 from bench.report.sections.capability import capability as section
 from bench.report.sections.capability import last_metre
 from bench.report.sections.losses import mission
 from bench.results.rows import Run, read_run
+from tests import made_up
 from tests.made_up import cell, header, problem, record
 
-WHOLE = Authority(
-    fault=None,
-    vehicle="ukwial",
-    rank=3,
-    condition=1.0,
-    volume_share=1.0,
-    closed_form_share=0.625,
-    safe_share=0.555,
-    axis_min=[-3.0, -2.0, -1.0],
-    axis_max=[3.0, 2.0, 1.0],
-)
+WHOLE = made_up.capability().authority[0]
 BOX = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]
-CAPABILITY = Capability(
-    vehicle="ukwial",
-    dof=["surge", "sway", "yaw"],
+CAPABILITY = made_up.capability(
     authority=[
         WHOLE,
         msgspec.structs.replace(WHOLE, fault=0, condition=4321.0, volume_share=0.25),
         msgspec.structs.replace(WHOLE, fault=1, rank=2, condition=None, volume_share=0.0),
     ],
     served=[
-        Served(fault=None, method="pinv", n_demands=2000, within_1pct=1000, within_5pct=1200),
-        Served(fault=None, method="svd", n_demands=2000, within_1pct=1000, within_5pct=1200),
-        Served(fault=None, method="scaled", n_demands=2000, within_1pct=2000, within_5pct=2000),
+        made_up.served("pinv", 1000, 2000, within_5pct=1200),
+        made_up.served("svd", 1000, 2000, within_5pct=1200),
+        made_up.served("scaled", 2000, 2000),
     ],
     curves=[
         Curve(method="pinv", size=[0.5, 1.0, 2.0], error_p50=[0.0, 0.2, 0.6], error_max=[0.0, 0.3, 0.7]),
@@ -72,7 +48,7 @@ CAPABILITY = Capability(
 
 
 def run_with(tmp_path: Path, *capabilities: Capability) -> Run:
-    return read_run(record(tmp_path, header(), *capabilities, cell()))
+    return made_up.run(tmp_path, *capabilities, cell())
 
 
 def test_the_section_shows_authority_and_the_shares_served(tmp_path: Path) -> None:
@@ -175,7 +151,7 @@ def test_a_flight_through_a_failure_shows_before_and_after(tmp_path: Path) -> No
         flown("ukwial-f2", "mission-fault", 0.222),
         flown("ukwial-f2-f0", "mission-fault", 0.333),  # a failure of another vehicle, ukwial-f2
     ]
-    text = mission(read_run(record(tmp_path, header(), once, twice, *cells)), frozenset())
+    text = mission(made_up.run(tmp_path, once, twice, *cells), frozenset())
     assert "### ukwial, then ukwial-f2" in text
     assert "11.1 %" in text
     assert "22.2 %" in text
@@ -192,7 +168,7 @@ def test_the_mission_says_how_much_of_the_flight_was_asked(tmp_path: Path) -> No
         )
     ]
     cells = [cell(key=Key(p.vehicle, p.demands, "pinv")) for p in asked]
-    text = mission(read_run(record(tmp_path, header(), *asked, *cells)), frozenset())
+    text = mission(made_up.run(tmp_path, *asked, *cells), frozenset())
     assert "60 demands (0.600 s) of waypoints" in text
 
 

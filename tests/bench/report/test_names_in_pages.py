@@ -6,7 +6,7 @@ import pytest
 from markdown_it import MarkdownIt
 from msgspec.structs import replace
 
-from bench.record import Authority, Capability, Emulated, Key, Line, Method, ProcessorFacts
+from bench.record import Emulated, Key, Line, Method, ProcessorFacts
 from bench.report import together
 from bench.report.page import details, page
 from bench.report.pictures import file_name
@@ -20,27 +20,9 @@ EVIL = "![a](http:evil.test) <img src=x onerror=alert(1)> [c](http:d)"
 @pytest.fixture
 def run(tmp_path: Path) -> Run:
     """A record in which everything that has a name has this one."""
-    whole = Authority(
-        fault=None,
-        vehicle=EVIL,
-        rank=3,
-        condition=1.0,
-        volume_share=1.0,
-        closed_form_share=1.0,
-        safe_share=1.0,
-        axis_min=[-1.0] * 3,
-        axis_max=[1.0] * 3,
-    )
-    off = replace(whole, fault=0, rank=2, condition=1e3)
-    capability = Capability(
-        vehicle=EVIL,
-        dof=["surge", "sway", "yaw"],
-        names=[EVIL] * 4,
-        authority=[whole, off],
-        served=[],
-        curves=[],
-        planes=[],
-    )
+    healthy = made_up.capability(EVIL, names=[EVIL] * 4)
+    off = replace(healthy.authority[0], fault=0, rank=2, condition=1e3)
+    capability = replace(healthy, authority=[*healthy.authority, off])
     counted = Emulated(
         EVIL, EVIL, EVIL, "float", demands=EVIL, solver=EVIL, instructions=[(9, 1)], agrees=False
     )

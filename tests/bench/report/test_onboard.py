@@ -44,7 +44,7 @@ def table(directory: Path, *cells: Cell) -> tuple[list[str], dict[str, list[str]
     """The table's header and its lines by method, of a record of these cells."""
     methods = [Method(name=f"{twin}@native", twin=twin, foreign=True) for twin in FORMULATIONS]
     lines: list[Line] = [*methods, *DEMANDS, *cells]
-    text = section(read_run(made_up.record(directory, made_up.header(), *lines)), frozenset())
+    text = section(made_up.run(directory, *lines), frozenset())
     rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text.splitlines() if line[:1] == "|"]
     return rows[0], {row[0]: row[2:] for row in rows[2:]}
 
@@ -126,17 +126,14 @@ def test_with_a_log_beside_both_kinds_the_page_shows_the_table_whole(tmp_path: P
 
 
 def test_without_generated_c_there_is_no_table(tmp_path: Path) -> None:
-    run = read_run(
-        made_up.record(tmp_path, made_up.header(), DEMANDS[0], made_up.exact_cell("ukwial", "nullspace", 5))
-    )
+    run = made_up.run(tmp_path, DEMANDS[0], made_up.exact_cell("ukwial", "nullspace", 5))
     assert section(run, frozenset()) == ""
 
 
 def test_what_a_method_refuses_of_a_log_stands_where_half_of_it_would(tmp_path: Path) -> None:
     """The cell was empty, where 300 of 400 demands got all."""
     dive = asked("nullspace", "dive", 0.1)
-    assert dive.judged is not None
-    dive = replace(dive, judged=replace(dive.judged, loss={**dive.judged.loss, "answered_share": 0.7}))
+    dive = made_up.judge(dive, loss={**dive.judged.loss, "answered_share": 0.7})
     _, lines = table(tmp_path, dive)
     assert lines["nullspace@native"][1:3] == ["refused 30.0 %", "0 %"]
 
@@ -145,7 +142,7 @@ def test_a_log_that_was_not_asked_whole_says_how_much_was(tmp_path: Path) -> Non
     """Its first demands could be met, and others not: the table called the log attainable."""
     first = replace(made_up.problem("ukwial"), demands="mix", n_demands=50, left_out=350)
     cell = asked("nullspace", "active", 0.1)
-    cell = replace(cell, key=replace(cell.key, demands="mix"))
+    cell = made_up.rename(cell, demands="mix")
     method = Method(name="nullspace@native", twin="nullspace", foreign=True)
-    run = read_run(made_up.record(tmp_path, made_up.header(), method, first, cell))
+    run = made_up.run(tmp_path, method, first, cell)
     assert "attainable: the first 50 of mix." in section(run, frozenset())

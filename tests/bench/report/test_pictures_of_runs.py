@@ -13,7 +13,7 @@ from bench.report.pictures.style import SETTINGS, share_axis
 from bench.report.sections import cost as times
 from bench.report.sections import facts
 from bench.report.terminal import miss_text
-from bench.results.rows import Run, read_run
+from bench.results.rows import Run
 from tests import made_up
 
 KINDS = {draw.__name__: (draw, MOST) for draw in (cost, pareto, period)} | {"tails": (tails, MOST_CURVES)}
@@ -31,7 +31,7 @@ def asked(name: str, us: float, demands: str = "active", loss: float = 0.1, **ju
 
 
 def run_of(directory: Path, *lines: Line) -> Run:
-    return read_run(made_up.record(directory, made_up.header(), made_up.problem("ukwial"), *lines))
+    return made_up.run(directory, made_up.problem("ukwial"), *lines)
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -106,7 +106,7 @@ def test_the_headline_compares_generated_c_with_c_and_a_solver_s_call_with_its_o
 
 
 def test_the_report_explains_the_formulations_of_its_run_and_no_other_of_the_tree(tmp_path: Path) -> None:
-    run = read_run(made_up.record(tmp_path, made_up.header(), made_up.exact_cell("ukwial", "nullspace", 1.0)))
+    run = made_up.run(tmp_path, made_up.exact_cell("ukwial", "nullspace", 1.0))
     text = cost.cost(run, frozenset())
     assert "*hard* is the least effort" in text
     assert "*soft*" not in text
@@ -125,7 +125,7 @@ def test_repeats_whose_intervals_of_p99_do_not_meet_are_counted(
         for i, factor in enumerate((1.0, slower))
     ]
     once = made_up.cell(key=Key("ukwial", "inactive", "pinv"))
-    run = read_run(made_up.record(tmp_path, made_up.header(), *repeats, once))
+    run = made_up.run(tmp_path, *repeats, once)
     assert count_disjoint(run.rows) == (apart, 1)
     assert f"in {apart} of 1 rows" in detailed(tmp_path)
 
@@ -192,13 +192,10 @@ def test_what_to_take_has_a_row_of_the_report_although_another_is_as_good_on_wha
     )
     scaled = msgspec.structs.replace(exact_cell("ukwial", "scaled", 2.0), formulation="scaled")
     lines = [
-        msgspec.structs.replace(
-            made,
-            judged=msgspec.structs.replace(made.judged, loss={"lost_wrench_max": 0.0, "answered_share": 1.0}),
-        )
+        made_up.judge(made, loss={"lost_wrench_max": 0.0, "answered_share": 1.0})
         for made in (exact_cell("ukwial", "nullspace", 1.0), scaled)
     ]
-    text = page(read_run(record(tmp_path, header(), asked, *lines)), frozenset())
+    text = page(made_up.run(tmp_path, asked, *lines), frozenset())
     assert "take scaled" in text
     assert re.search(r"^\| scaled +\|", text.partition("## Methods worth considering")[2], re.M), text
     assert "Of active's 100 demands only the first 10 were asked" in text
@@ -208,7 +205,7 @@ def test_what_is_lost_beyond_what_a_formula_serves_is_said_only_where_it_was_ask
     for lost, said in ((1e-15, False), (0.25, True)):
         loss = {"lost_wrench_max": lost, "direction_error_max_deg": 100 * lost}
         judged = Judged(answers=10, counts={"SOLVED": 10}, agrees=True, loss=loss)
-        run = read_run(record(tmp_path, header(), problem("ukwial"), made_up.cell("pinv", judged=judged)))
+        run = made_up.run(tmp_path, problem("ukwial"), made_up.cell("pinv", judged=judged))
         assert ("misses up to" in headline.headline(run, frozenset())) is said
 
 
@@ -220,7 +217,7 @@ def test_a_loss_on_demands_that_nothing_meets_is_not_laid_to_the_formula_alone(
     cell = made_up.cell("pinv", judged=Judged(answers=10, counts={}, agrees=True, loss=loss))
     labels = {"inactive": 10 - beyond, "infeasible": beyond}
     asked = msgspec.structs.replace(problem("ukwial"), demands=cell.key.demands, labels=labels)
-    text = headline.headline(read_run(record(tmp_path, header(), asked, cell)), frozenset())
+    text = headline.headline(made_up.run(tmp_path, asked, cell), frozenset())
     assert (
         f"On the demands asked{said} what f = T* τ, cut at the limits, delivers misses up to 25.0 %" in text
     )
@@ -243,7 +240,7 @@ def test_what_the_user_brought_has_a_row_of_the_report_whatever_it_is_worth(tmp_
         batches=[],
         judged=None,
     )
-    run = read_run(record(tmp_path, header(), *problems, *methods, *exact, off, gone))
+    run = made_up.run(tmp_path, *problems, *methods, *exact, off, gone)
     text = headline.candidates(run, frozenset())
     for name, says in (
         ("slow", ""),
@@ -274,7 +271,7 @@ def test_a_record_of_single_precision_alone_fills_the_table_too(
         )
         for scalar in scalars
     ]
-    text = emulation.summary(read_run(record(tmp_path, header(), *kernels)))
+    text = emulation.summary(made_up.run(tmp_path, *kernels))
     assert re.search(rf"^\| ukwial +\| pinv@native +\| fixed +\| +{shown} \|", text, re.M), text
     assert f"took in {words} precision" in text
 
@@ -286,7 +283,7 @@ def test_what_is_not_installed_is_one_line_of_the_details(tmp_path: Path) -> Non
         )
         for name in ("a", "b", "c")
     ]
-    text = facts.agreement(read_run(record(tmp_path, header(), *gone)), frozenset())
+    text = facts.agreement(made_up.run(tmp_path, *gone), frozenset())
     [line] = [line for line in text.splitlines() if "qp/" in line]
     assert re.match(r"\| qp/a, qp/b, qp/c +\| everywhere +\| missing +\| pip install a; pip install b", line)
 
@@ -380,7 +377,6 @@ def test_a_method_that_gives_up_on_what_a_closed_form_serves_has_a_line_of_its_o
     """The page said that nothing attainable is lost, with 30 % of the easy demands answered."""
     cells = [lossy("clip", 0.2), lossy("qp", 0.0)]
     for cell in cells[:]:
-        assert cell.judged is not None
         share = answered if cell.key.method == "qp" else 1.0
         loss = cell.judged.loss | {"lost_wrench_max": 0.0, "answered_share": share}
         judged = msgspec.structs.replace(cell.judged, loss=loss)
@@ -432,7 +428,7 @@ def test_the_result_table_has_ten_lines_at_most_however_many_methods_lose_less_a
         msgspec.structs.replace(lossy(f"m{i}", 0.5**i), batches=[Batch(1, 1000 * (i + 1), 1000 * (i + 1), 0)])
         for i in range(20)
     ]
-    text = result_table(read_run(made_up.record(tmp_path, made_up.header(), *cells)))
+    text = result_table(made_up.run(tmp_path, *cells))
     assert len([line for line in text.splitlines() if line.startswith("| `")]) == 10
 
 

@@ -41,7 +41,7 @@ def run_of(directory: Path, *names: str, given: bool = True) -> Run:
         loss = LOST["hard" if "hard" in name else "easy"]
         lines += [asked(name, given=given), cell("pinv", "unlimited", name, loss)]
         lines += [cell("clip@native", "limited", name, loss), cell("clip", "limited", name, loss)]
-    return read_run(made_up.record(directory, made_up.header(), *lines))
+    return made_up.run(directory, *lines)
 
 
 @pytest.mark.parametrize("names", [("a_easy", "b_hard"), ("0_hard", "a_easy"), ("active", "b_hard")])
@@ -86,5 +86,5 @@ def test_on_board_logs_of_one_kind_stand_together_with_the_worst(tmp_path: Path)
 
 def test_of_sets_that_were_drawn_the_first_stands_for_all(tmp_path: Path) -> None:
     run = run_of(tmp_path / "run", "a_easy", "b_hard", given=False)
-    assert run.leading("ukwial") == ["a_easy"]
+    assert run.leading_sets("ukwial") == ["a_easy"]
     assert "misses up to" not in headline.headline(run, frozenset())

@@ -7,11 +7,12 @@ import msgspec
 from rich.console import Console
 
 from alloc.formulations import Family
-from bench.record import Capability, Cell, Judged, Key, Method, Served, Unserved
+from bench.record import Cell, Judged, Key, Method, Unserved
 from bench.report.sections import headline
 from bench.report.terminal import miss_text, objections, served_shares, show
 from bench.results.ranking import served_share
 from bench.results.rows import read_run
+from tests import made_up
 from tests.made_up import cell, exact_cell, header, problem, record
 
 
@@ -26,16 +27,12 @@ def on(demands: str, method: str, lost: float, share: float) -> Cell:
     )
 
 
-CAPABILITY = Capability(
-    vehicle="ukwial",
-    dof=["surge"],
+CAPABILITY = made_up.capability(
     authority=[],
     served=[
-        Served(fault=None, method="pinv", n_demands=2000, within_1pct=1400, within_5pct=1600),
-        Served(fault=2, method="pinv", n_demands=2000, within_1pct=200, within_5pct=400),
+        made_up.served("pinv", 1400, 2000, within_5pct=1600),
+        made_up.served("pinv", 200, 2000, within_5pct=400, fault=2),
     ],
-    curves=[],
-    planes=[],
 )
 
 
@@ -46,7 +43,7 @@ def test_the_share_served_is_the_whole_vehicle_s_or_that_of_the_uniform_set(tmp_
         on("active", "qp/x", 1e-9, 0.9),
         on("active", "qp/y", 1e-9, 0.9),
     ]
-    run = read_run(record(tmp_path, header(), CAPABILITY, *cells))
+    run = made_up.run(tmp_path, CAPABILITY, *cells)
     by_method = {name: [row for row in run.rows if row.method == name] for name in ("pinv", "qp/x", "qp/y")}
     assert served_shares(run, by_method["pinv"]) == [0.7]
     assert served_shares(run, by_method["qp/x"]) == [1.0]
@@ -56,15 +53,12 @@ def test_the_share_served_is_the_whole_vehicle_s_or_that_of_the_uniform_set(tmp_
 def test_the_terminal_and_the_report_say_the_same_of_what_is_served(tmp_path: Path) -> None:
     """Red before: a solver that is exact, and C that prepares itself, had no share on the terminal."""
     names = ("nullspace", "scaled@library", "qp/daqp", "pinv", "rule")
-    counted = [
-        Served(fault=None, method=name, n_demands=10, within_1pct=k, within_5pct=k)
-        for name, k in (("nullspace", 10), ("pinv", 7))
-    ]
+    counted = [made_up.served(name, k, 10) for name, k in (("nullspace", 10), ("pinv", 7))]
     cells = [exact_cell("ukwial", name, 1.0) for name in names[:3]]
     cells += [on("active", name, 0.3, 0.1) for name in names[3:]]
     can = msgspec.structs.replace(CAPABILITY, served=counted)
     library = Method(name="scaled@library", twin="scaled", formulation="hard")
-    run = read_run(record(tmp_path, header(), problem("ukwial"), library, can, *cells))
+    run = made_up.run(tmp_path, problem("ukwial"), library, can, *cells)
     expected = {"nullspace": [1.0], "scaled@library": [1.0], "qp/daqp": [1.0], "pinv": [0.7], "rule": []}
     for row in run.rows:
         share = served_share(run, "ukwial", row)
@@ -73,7 +67,7 @@ def test_the_terminal_and_the_report_say_the_same_of_what_is_served(tmp_path: Pa
 
 def test_infeasible_demands_do_not_count_as_missed(tmp_path: Path) -> None:
     cells = [on("active", "clip", 0.25, 0.5), on("infeasible", "clip", 0.5, 0.0), on("box", "clip", 0.6, 0.0)]
-    run = read_run(record(tmp_path, header(), *cells))
+    run = made_up.run(tmp_path, *cells)
     assert miss_text(list(run.rows)) == "25%"
 
 
@@ -89,7 +83,7 @@ def test_a_demand_without_thrusts_loses_its_whole_wrench(tmp_path: Path) -> None
             loss=loss,
         ),
     )
-    run = read_run(record(tmp_path, header(), gave_up))
+    run = made_up.run(tmp_path, gave_up)
     assert miss_text(list(run.rows)) == "100%"
 
 
@@ -101,11 +95,11 @@ def test_a_method_that_failed_on_a_set_is_not_said_to_miss_nothing_of_the_others
     for lines, said in (((inside, failed), ""), ((inside, elsewhere), "0%")):
         folder = tmp_path / f"{len(said)}"
         folder.mkdir()
-        assert miss_text(list(read_run(record(folder, header(), *lines)).rows)) == said
+        assert miss_text(list(made_up.run(folder, *lines).rows)) == said
 
 
 def test_a_loss_of_rounding_is_shown_as_zero(tmp_path: Path) -> None:
-    run = read_run(record(tmp_path, header(), on("active", "nullspace", 1e-15, 1.0)))
+    run = made_up.run(tmp_path, on("active", "nullspace", 1e-15, 1.0))
     assert miss_text(list(run.rows)) == "0%"
 
 
@@ -132,7 +126,7 @@ def test_a_plug_in_that_fails_after_a_failure_is_said_where_its_share_is_missing
 
 def test_a_disagreement_without_a_promise_is_named_too(tmp_path: Path) -> None:
     unpromised = Judged(answers=1, counts={"SOLVED": 1}, agrees=False, distance_rel_max=0.5)
-    run = read_run(record(tmp_path, header(), cell(judged=unpromised)))
+    run = made_up.run(tmp_path, cell(judged=unpromised))
     [line] = objections(run.rows)
     assert line.endswith("0.5 of the largest limit away from the reference, where - is promised")
 
@@ -215,21 +209,20 @@ def test_no_row_shows_a_p99_below_its_p50(tmp_path: Path) -> None:
     """A slow set with few calls has no p99: then the method has none, though its other sets have."""
     quick = cell("m", key=Key("ukwial", "active", "m"))
     slow = cell("m", us=500, key=Key("ukwial", "infeasible", "m"), singles=[(500_000, 20)])
-    run = read_run(record(tmp_path, header(), quick, slow))
+    run = made_up.run(tmp_path, quick, slow)
     text = StringIO()
     show(tmp_path, Console(file=text))
     (line,) = [line for line in text.getvalue().splitlines() if line.startswith("m ")]
     assert line.split()[:3] == ["m", "1.00…500", "yes"]
     # Batches that took longer than single calls did were measured on a machine that did something else.
     held_up = cell("m", us=50)
-    (row,) = read_run(record(tmp_path, header(), held_up)).rows
+    (row,) = made_up.run(tmp_path, held_up).rows
     assert run.rows[0].call_p99_us is not None
     assert (row.call_p50_us, row.call_p99_us, row.call_p99_high_us) == (50.0, None, None)
 
 
 def test_a_log_s_misses_are_shown_although_it_asks_too_much_as_well(tmp_path: Path) -> None:
     log = on("dive", "clip", 0.9, 0.1)
-    assert log.judged is not None
     judged = msgspec.structs.replace(log.judged, missed_max=0.19)
-    run = read_run(record(tmp_path, header(), msgspec.structs.replace(log, judged=judged)))
+    run = made_up.run(tmp_path, msgspec.structs.replace(log, judged=judged))
     assert miss_text(list(run.rows)) == "19%"

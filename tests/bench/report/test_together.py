@@ -105,7 +105,7 @@ def test_every_set_that_any_run_was_asked_has_its_table(order: int, tmp_path: Pa
     ][::order]
     report, details = together.page(both), together.details(both)
     for machine in both:
-        for name in machine.run.leading("ukwial"):
+        for name in machine.run.leading_sets("ukwial"):
             assert f"## ukwial, medians on {name} demands" in report
         for name in machine.run.sets("ukwial"):
             assert f"## ukwial, medians on {name} demands" in details

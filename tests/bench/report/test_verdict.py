@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from bench.__main__ import cli
 from bench.record import Cell, Judged, Key, Method, Problem, Quiet
 from bench.report import together
-from bench.report.verdict import rate_note, rate_of, trust_note, usual_verdicts, verdicts
+from bench.report.verdict import log_rate_hz, rate_note, trust_note, usual_verdicts, verdicts
 from bench.results.machines import read_machines
 from bench.results.rows import read_run
 from bench.results.size import Loop
@@ -24,7 +24,7 @@ GENERATED = Method(name="nullspace@native", twin="nullspace", formulation="hard"
 
 def said(directory: Path, rate_hz: float, *lines: Cell | Method | Problem) -> str:
     """The sentence on the one vehicle of a record."""
-    run = read_run(made_up.record(directory, made_up.header(), *lines))
+    run = made_up.run(directory, *lines)
     loop = Loop(rate_hz)
     (sentence,) = verdicts(sizes(run, loop), loop)
     return sentence
@@ -66,7 +66,6 @@ def test_of_rules_that_fit_the_one_that_delivers_more_is_taken(
     cells = []
     for method, us, share in zip(("clip", "mine"), (2, 60), served, strict=True):
         cell = steady(method, us, exact=False)
-        assert cell.judged is not None
         judged = replace(cell.judged, missed_max=1.0 - share, loss={"within_1pct_share": 0.8 * share})
         cells.append(replace(cell, judged=judged))
     problem = replace(made_up.problem("ukwial"), labels={"active": 8, "infeasible": 2})
@@ -106,16 +105,15 @@ def log(**facts: Any) -> Problem:
 def test_the_rate_of_a_log_is_a_number_that_people_write(tmp_path: Path) -> None:
     """Time stamps are rounded, so the median step between them is 0.02 s but for the last digits."""
     made = made_up.record(tmp_path, made_up.header(), log(rate_hz=49.99999999995))
-    assert rate_of(read_run(made)) == 50.0
+    assert log_rate_hz(read_run(made)) == 50.0
 
 
 def on_log(method: str, us: float, answered: float = 1.0, refused_longest: int = 0) -> Cell:
     """A method that is exact where a demand can be met, and answers that share of the log."""
     cell = steady(method, us, exact=True)
-    assert cell.judged is not None
     judged = replace(cell.judged, loss={"answered_share": answered}, refused_longest=refused_longest)
     formulation = method if method == "scaled" else cell.formulation
-    return replace(cell, key=replace(cell.key, demands="dive"), judged=judged, formulation=formulation)
+    return replace(made_up.rename(cell, demands="dive"), judged=judged, formulation=formulation)
 
 
 def test_demands_that_a_user_gave_are_answered_and_what_refuses_some_is_named_with_the_longest_stretch(
@@ -135,8 +133,7 @@ def test_demands_that_a_user_gave_are_answered_and_what_refuses_some_is_named_wi
 def test_a_log_that_nothing_can_meet_names_what_refuses_all_of_it(tmp_path: Path) -> None:
     """No answer showed that the method is exact, and it went without a word."""
     refusing, answering = on_log("nullspace", 1, 0.0, 10), on_log("scaled", 2)
-    assert refusing.judged is not None
-    refusing = replace(refusing, judged=replace(refusing.judged, agrees=None, distance_rel_max=None))
+    refusing = made_up.judge(refusing, agrees=None, distance_rel_max=None)
     beyond = log(labels={"infeasible": 10})
     assert said(tmp_path, 50, beyond, refusing, replace(answering, formulation="scaled")).endswith(
         "nullspace refuses 100 % of dive's demands, up to 0.200 s at a stretch."
@@ -245,8 +242,7 @@ def test_c_for_limits_that_move_is_named_with_its_option(
 def test_what_gives_nothing_of_a_part_of_a_log_is_not_taken_where_another_delivers(tmp_path: Path) -> None:
     """The main can't reverse, and of a demand a little astern ``scaled`` made no thrust at all."""
     idle = on_log("scaled", 1, 1.0, 2)
-    assert idle.judged is not None
-    idle = replace(idle, judged=replace(idle.judged, nothing_share=0.2))
+    idle = made_up.judge(idle, nothing_share=0.2)
     cells = [on_log("nullspace", 1, 0.8, 2), idle]
     assert said(tmp_path, 50, log(), *cells, replace(on_log("scaled", 9), key=other(idle))) == (
         "ukwial at 50 Hz: take scaled-by-group; exact, answers every demand; 0.0450 % of the period;"
@@ -284,8 +280,7 @@ def test_what_refuses_is_named_as_such_also_of_a_log_that_can_be_met(
 
 def test_what_gives_no_thrust_for_a_demand_that_can_be_met_is_not_taken(tmp_path: Path) -> None:
     idle = steady("idle", 1, exact=False)
-    assert idle.judged is not None
-    idle = replace(idle, judged=replace(idle.judged, missed_max=1.0))
+    idle = made_up.judge(idle, missed_max=1.0)
     assert said(tmp_path, 50, idle, steady("clip", 2, exact=False)) == (
         "ukwial at 50 Hz: take clip; not exact (no exact method was measured), answers every demand;"
         " 0.0100 % of the period."
@@ -298,8 +293,7 @@ def test_what_gives_no_thrust_for_a_demand_that_can_be_met_is_not_taken(tmp_path
 def test_what_gives_little_of_most_demands_is_not_taken_and_would_not_do_too(tmp_path: Path) -> None:
     """It answered all demands, with two per cent of what was asked."""
     weak, clip = steady("weak", 1, exact=False), steady("clip", 2, exact=False)
-    assert weak.judged is not None
-    weak = replace(weak, judged=replace(weak.judged, missed_max=0.98, missed_p50=0.98))
+    weak = made_up.judge(weak, missed_max=0.98, missed_p50=0.98)
     assert said(tmp_path, 50, weak, clip) == (
         "ukwial at 50 Hz: take clip; not exact (no exact method was measured), answers every demand;"
         " 0.0100 % of the period."
@@ -317,12 +311,12 @@ def test_a_vehicle_without_freedom_is_told_that_there_is_none_to_gain_from(tmp_p
 
 def test_vehicles_with_the_same_verdict_share_a_line(tmp_path: Path) -> None:
     cells = [
-        replace(cell, key=replace(cell.key, vehicle=vehicle))
+        made_up.rename(cell, vehicle=vehicle)
         for vehicle, us in (("a", 1), ("b", 1), ("c", 900))
         for cell in [steady("nullspace", us, exact=True)]
     ]
     loop = Loop(100)
-    lines = verdicts(sizes(read_run(made_up.record(tmp_path, made_up.header(), *cells)), loop), loop)
+    lines = verdicts(sizes(made_up.run(tmp_path, *cells), loop), loop)
     assert [line.partition(" at 100 Hz: ")[0] for line in lines] == ["a, b", "c"]
 
 
@@ -342,7 +336,7 @@ def test_how_sure_that_is_counts_the_rows_that_the_machine_disturbed(
     steal: int, word: str, tmp_path: Path
 ) -> None:
     cells = [replace(steady(name, 1, exact=True), quiet=Quiet(steal_ticks=steal)) for name in "ab"]
-    run = read_run(made_up.record(tmp_path, made_up.header(), *cells))
+    run = made_up.run(tmp_path, *cells)
     assert trust_note(run).startswith(f"{word} rows disturbed")
 
 

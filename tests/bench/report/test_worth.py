@@ -7,7 +7,7 @@ import pytest
 from msgspec.structs import replace
 from rich.console import Console
 
-from bench.record import Authority, Capability, Judged, Line, Method, Served
+from bench.record import Capability, Judged, Line, Method
 from bench.report.sections import facts
 from bench.report.sections.headline import answers, candidates, fastest_exact
 from bench.report.terminal import _verdict, objections, show
@@ -18,28 +18,12 @@ from tests import made_up
 
 
 def run_of(directory: Path, *lines: Line) -> Run:
-    return read_run(made_up.record(directory, made_up.header(), made_up.problem("ukwial"), *lines))
+    return made_up.run(directory, made_up.problem("ukwial"), *lines)
 
 
 def capability(**shares: int) -> Capability:
     """Number of a hundred demands that each method serves."""
-    whole = Authority(
-        fault=None,
-        vehicle="ukwial",
-        rank=3,
-        condition=1.0,
-        volume_share=1.0,
-        closed_form_share=1.0,
-        safe_share=1.0,
-        axis_min=[-1.0] * 3,
-        axis_max=[1.0] * 3,
-    )
-    served = [
-        Served(fault=None, method=name, n_demands=100, within_1pct=share, within_5pct=share)
-        for name, share in shares.items()
-    ]
-    dof = ["surge", "sway", "yaw"]
-    return Capability(vehicle="ukwial", dof=dof, authority=[whole], served=served, curves=[], planes=[])
+    return made_up.capability(served=[made_up.served(name, share) for name, share in shares.items()])
 
 
 @pytest.mark.parametrize(
@@ -93,9 +77,8 @@ def test_a_plug_in_that_is_wrong_on_another_set_is_wrong_in_the_table(tmp_path: 
     Starts and levels of a solver are held to promises of their own.
     """
     cell = made_up.exact_cell("ukwial", "mine", 1.0)
-    assert cell.judged is not None
     far = replace(cell.judged, agrees=False, distance_rel_max=0.05)
-    on_inactive = replace(cell, key=replace(cell.key, demands="inactive"), judged=far)
+    on_inactive = replace(made_up.rename(cell, demands="inactive"), judged=far)
     run = run_of(tmp_path, Method(name="mine", formulation="hard", plugin=plugin), cell, on_inactive)
     active = next(row for row in run.rows if row.demands == "active")
     assert answers(active).startswith("wrong: farther from the optimum") == plugin
@@ -107,9 +90,8 @@ def test_a_plug_in_that_is_wrong_on_another_set_is_wrong_in_the_table(tmp_path: 
 def test_a_plug_in_that_is_too_far_off_on_two_sets_is_so_in_each_row_of_its_own(tmp_path: Path) -> None:
     """Each row named the last set, as if its own were right."""
     cell = made_up.exact_cell("ukwial", "mine", 1.0)
-    assert cell.judged is not None
-    far = replace(cell, judged=replace(cell.judged, agrees=False, distance_rel_max=0.05))
-    on_inactive = replace(far, key=replace(far.key, demands="inactive"))
+    far = made_up.judge(cell, agrees=False, distance_rel_max=0.05)
+    on_inactive = made_up.rename(far, demands="inactive")
     rows = run_of(tmp_path, Method(name="mine", formulation="hard", plugin=True), far, on_inactive).rows
     assert {row.wrong for row in rows} == {"farther from the optimum than promised"}
     assert _verdict(list(rows)) == "no, 2x"  # once each, and not as wrong beside it

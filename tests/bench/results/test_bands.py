@@ -106,7 +106,7 @@ def test_size_takes_the_largest_count_that_is_known_and_prints_the_bound(directo
     (band,) = bands(
         emulated_rows([emulated("cortex-m7", "active", (112, 1)), found]), 1e6, Loop(100.0, 0.1), M7
     )
-    assert (band.kernel.instructions, band.kernel.off, band.kernel.at_most) == (130, 140, 150)
+    assert (band.kernel.instructions, band.kernel.one_failed, band.kernel.at_most) == (130, 140, 150)
     with Writer(directory) as writer:
         writer.resume()
         writer.append(found)

@@ -14,7 +14,7 @@ from bench.demands.generated import growth_vehicle, growth_vehicles
 from bench.record import Cell, Key, Line
 from bench.report import render
 from bench.results.growth import exponent, pays_up_to, series
-from bench.results.rows import Run, read_run
+from bench.results.rows import Run
 from tests import made_up
 
 
@@ -28,9 +28,7 @@ def test_a_generated_vehicle_is_the_same_each_time() -> None:
     np.testing.assert_array_equal(growth_vehicle(6, 8).T, growth_vehicle(6, 8).T)
 
 
-def test_linear_programs_give_the_same_ranges_as_facets(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_linear_programs_give_the_same_ranges_as_facets(monkeypatch: pytest.MonkeyPatch) -> None:
     vehicle = growth_vehicle(6, 8)
     taus = np.random.default_rng(0).standard_normal((5, 6)) * vehicle.wrench_scale / 4
     by_facets = alpha_range(vehicle, taus)
@@ -79,7 +77,7 @@ def study(tmp_path: Path) -> Run:
         lines.append(made_up.exact_cell(name, "qp/daqp", 5.0))
         refused = Cell(Key(name, "active", "nullspace"), "refused", reason="9-dimensional null space")
         lines.append(made_up.exact_cell(name, "nullspace", closed_us) if closed_us else refused)
-    return read_run(made_up.record(tmp_path, made_up.header(), *lines))
+    return made_up.run(tmp_path, *lines)
 
 
 def test_the_study_says_up_to_which_size_a_closed_form_pays_and_why_it_is_refused(tmp_path: Path) -> None:
@@ -103,5 +101,5 @@ def test_a_closed_form_pays_only_up_to_the_size_at_which_a_solver_first_beats_it
         name = f"growth-k3-n{n}"
         lines += [made_up.problem(name, n, study="growth"), made_up.exact_cell(name, "qp/daqp", 5.0)]
         lines += [made_up.exact_cell(name, "nullspace", closed_us)] if closed_us else []
-    run = read_run(made_up.record(tmp_path, made_up.header(), *lines))
+    run = made_up.run(tmp_path, *lines)
     assert pays_up_to(series(run)) == (4, [24])

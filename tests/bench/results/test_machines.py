@@ -20,10 +20,10 @@ from bench.results.machines import (
     NamedRun,
     comparison_obstacle,
     find_differences,
+    machine_sizes,
     medians,
     order_changes,
     read_machines,
-    sizes_of,
     sizes_on_all,
 )
 from bench.results.size import Fit, Loop, Size
@@ -263,11 +263,13 @@ def test_an_emulated_processor_stands_among_machines_at_its_clock(tmp_path: Path
     machines: list[NamedRun] = read_machines([folder(tmp_path, "a", timed), emulated])
 
     def fits(loop: Loop) -> Size:
-        (size,) = sizes_on_all(sizes_of(machines, loop, 6e6))
+        (size,) = sizes_on_all(machine_sizes(machines, loop, 6e6))
         return size
 
     assert fits(Loop(1000, 0.1)).fit == Fit.FITS
     assert fits(Loop(1001, 0.1)).fit == Fit.MAY_FIT
     assert fits(Loop(8001, 0.1)).fit == Fit.DOES_NOT_FIT
     assert fits(LOOP).exact
-    assert list(sizes_of(machines, LOOP)) == ["example-2-cores"]  # without a clock there are no times of it
+    assert list(machine_sizes(machines, LOOP)) == [
+        "example-2-cores"
+    ]  # without a clock there are no times of it

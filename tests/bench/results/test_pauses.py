@@ -9,7 +9,6 @@ from msgspec.structs import replace
 
 from bench.record import Batch, Cell, Key, Method
 from bench.results.quantiles import Tally
-from bench.results.rows import read_run
 from bench.results.size import LATE_SHARE, Fit, Loop, Size
 from bench.results.sizing import CHANCE, Pauses, Pool, find_pauses, machine_excuse, sizes
 from tests import made_up
@@ -27,7 +26,7 @@ def test_fixed_work_s_pauses_are_what_it_took_beyond_its_median(tmp_path: Path) 
     esc = made_up.cell("esc", singles=[(90, 9), (8000, 9)])  # nor do those of a board's NAME_esc
     esc.worst = [1.0]
     both = (yardstick, Method(name="esc", yardstick=True))
-    found = find_pauses(read_run(made_up.record(tmp_path, made_up.header(), *both, noop, slow, esc)))
+    found = find_pauses(made_up.run(tmp_path, *both, noop, slow, esc))
     assert found == Pauses([(5000, 1)], 6100)
     assert [found.late(limit_us, 10.0) for limit_us in (10, 14.999, 15)] == [1, 1, 0]
 
@@ -129,7 +128,7 @@ def test_one_pause_of_the_machine_turns_no_verdict_and_is_shown(
     """The exact method of bounded steps stays first, whatever hit one of its calls."""
     bounded = steady("bounded", 2, exact=True, slowest_us=pause_us)
     cells = [replace(bounded, worst_case_steps=20), steady("solver", 9, exact=True)]
-    first, _ = sizes(read_run(made_up.record(tmp_path, made_up.header(), *cells)), Loop(100))
+    first, _ = sizes(made_up.run(tmp_path, *cells), Loop(100))
     assert (first.label, first.fit) == ("bounded", Fit.FITS)
     assert first.reason == ("" if pause_us is None else "its steps are bounded, so the machine was late")
     assert first.late == (0 if pause_us is None else 1)
@@ -144,7 +143,7 @@ def test_of_medians_that_are_close_the_one_with_a_known_worst_case_comes_first(
         replace(steady("bounded", bounded_us, exact=True), worst_case_steps=20),
         steady("solver", 10, exact=True),
     ]
-    found = sizes(read_run(made_up.record(tmp_path, made_up.header(), *cells)), Loop(100))
+    found = sizes(made_up.run(tmp_path, *cells), Loop(100))
     assert found[0].label == first
 
 
@@ -153,7 +152,7 @@ def test_methods_are_ranked_by_their_own_cpu_time_and_not_by_what_else_the_machi
 ) -> None:
     """The faster method's batches were held up in each repeat: 90 µs by the wall, 2 µs of its own."""
     held_up = replace(steady("fast", 90, exact=True), batches=[Batch(100, 9_000_000, 200_000, 40)])
-    run = read_run(made_up.record(tmp_path, made_up.header(), held_up, steady("slow", 50, exact=True)))
+    run = made_up.run(tmp_path, held_up, steady("slow", 50, exact=True))
     first, second = sizes(run, Loop(100))
     assert (first.label, first.p50_us, second.label) == ("fast", 90.0, "slow")
 
@@ -167,7 +166,7 @@ def test_no_p999_stands_below_the_median_of_a_set_that_it_leaves_out(tmp_path: P
         batches=[Batch(10, 10 * 50_000, 10 * 50_000, 0)],
         singles=[(50_000, 10)],
     )
-    run = read_run(made_up.record(tmp_path, made_up.header(), steady("m", 1, exact=True), slow))
+    run = made_up.run(tmp_path, steady("m", 1, exact=True), slow)
     (size,) = sizes(run, Loop(100))
     assert (size.p50_us, size.p999_us) == (50.0, None)
     assert [run.tail_us(row, 0.99) for row in run.rows] == [None, None]

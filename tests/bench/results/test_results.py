@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import binom
 
 from bench.harness.timing import sample, tally
-from bench.record import Batch, Judged, Key, Worker
+from bench.record import Batch, Judged, Key
 from bench.results.columns import Row
 from bench.results.columns import columns as all_columns
 from bench.results.quantiles import interval, share
@@ -26,7 +26,7 @@ agrees peak_rss_MB quiet
 
 def row(tmp_path: Path, *cells: object) -> Row:
     """The only row of a record of these cells."""
-    (only,) = read_run(made_up.record(tmp_path, made_up.header(), *cells)).rows
+    (only,) = made_up.run(tmp_path, *cells).rows
     return only
 
 
@@ -133,26 +133,7 @@ def test_solved_fraction_counts_every_answer(tmp_path: Path) -> None:
 
 
 def test_memory_is_the_peak_of_the_method_s_own_workers(tmp_path: Path) -> None:
-    workers = (
-        Worker(
-            method="pinv",
-            start="-",
-            level="-",
-            repeat=0,
-            startup_ns=1,
-            import_ns=1,
-            peak_rss_bytes=60_000_000,
-        ),
-        Worker(
-            method="other",
-            start="-",
-            level="-",
-            repeat=0,
-            startup_ns=1,
-            import_ns=1,
-            peak_rss_bytes=99_000_000,
-        ),
-    )
+    workers = made_up.worker("pinv"), made_up.worker("other", peak_rss_bytes=99_000_000)
     assert row(tmp_path, *workers, made_up.cell()).peak_rss_MB == 60.0
 
 
@@ -187,7 +168,7 @@ def test_a_call_counts_once_although_a_slow_one_is_stored_in_a_batch_and_singly(
 def test_floats_without_decimals_are_written_with_a_point(tmp_path: Path) -> None:
     # polars guesses a column's type from its first rows: after "1" there it refuses "0.55" further down.
     cells = [made_up.cell("a", us=1), made_up.cell("b", us=3, setup_ns=[1500])]
-    write_csv(tmp_path / "results.csv", read_run(made_up.record(tmp_path, made_up.header(), *cells)).table)
+    write_csv(tmp_path / "results.csv", made_up.run(tmp_path, *cells).table)
     with (tmp_path / "results.csv").open(newline="") as file:
         lines = list(csv.DictReader(file))
     assert [line["call_p50_us"] for line in lines] == ["1.0", "3.0"]
@@ -207,7 +188,7 @@ def test_a_degraded_vehicle_has_sections_of_its_own_only_where_the_whole_one_was
         made_up.problem("growth-k3-n4", study="growth"),
     ]
     cells = [made_up.cell(key=Key(p.vehicle, "active", "pinv")) for p in problems]
-    run = read_run(made_up.record(tmp_path, made_up.header(), *problems, *cells))
+    run = made_up.run(tmp_path, *problems, *cells)
     assert run.vehicles == ["a", "a-fast", "b-f0", "growth-rov"]
     assert run.degraded == ["a-f2"]
 

@@ -7,7 +7,7 @@ from click.testing import CliRunner
 from msgspec.structs import replace
 
 from bench.commands.size import command
-from bench.record import Batch, Capability, Cell, Judged, Key, Method, Served
+from bench.record import Batch, Cell, Judged, Key, Method
 from bench.record.file import CanaryError, CanaryFile, read_canary
 from bench.results.ranking import served_share
 from bench.results.rows import Run, read_run
@@ -35,7 +35,7 @@ def steady(method: str, us: float, *, exact: bool, slowest_us: float | None = No
 
 
 def run_of(directory: Path, *cells: Cell) -> Run:
-    return read_run(made_up.record(directory, made_up.header(), *cells))
+    return made_up.run(directory, *cells)
 
 
 def labels(sizes: list[Size]) -> list[str]:
@@ -196,12 +196,11 @@ def test_a_method_that_misses_what_the_vehicle_can_do_is_not_exact_though_the_lo
     tmp_path: Path,
 ) -> None:
     """A vehicle whose groups share thrusters: what ``scaled-by-group`` misses was counted untimed."""
-    served = [Served(fault=None, method=m, n_demands=9, within_1pct=k, within_5pct=k) for m, k in COUNTED]
-    can = Capability(vehicle="ukwial", dof=["surge"], authority=[], served=served, curves=[], planes=[])
+    can = made_up.capability(authority=[], served=[made_up.served(m, k, 9) for m, k in COUNTED])
     methods = ("scaled", "scaled-by-group", "scaled-by-group@native")
     cells = [replace(steady(method, 1, exact=True), formulation="scaled-by-group") for method in methods]
     native = Method(name=methods[2], twin=methods[1], formulation="scaled-by-group")
-    run = read_run(made_up.record(tmp_path, made_up.header(), native, can, *cells))
+    run = made_up.run(tmp_path, native, can, *cells)
     assert {s.label: s.exact for s in sizes(run, HUNDRED_HZ)} == dict.fromkeys(methods, False) | {
         "scaled": True
     }
@@ -228,7 +227,7 @@ def test_of_what_takes_as_long_c_of_the_vehicle_s_own_comes_before_a_library_for
     native = replace(steady("scaled@native", 0.58, exact=True), worst_case_steps=8)
     library = replace(steady("scaled@library", 0.49, exact=True), worst_case_steps=8)
     described = Method(name="scaled@native", twin="scaled", formulation="hard", foreign=True)
-    run = read_run(made_up.record(tmp_path, made_up.header(), described, native, library))
+    run = made_up.run(tmp_path, described, native, library)
     assert labels(sizes(run, Loop(50))) == ["scaled@native", "scaled@library"]
 
 
@@ -237,10 +236,9 @@ def test_of_rules_as_quick_the_one_that_misses_less_comes_first(tmp_path: Path) 
     cells = []
     for method, us, served in (("shrink", 2.3, 0.91), ("clip", 2.6, 0.96)):
         cell = steady(method, us, exact=False)
-        assert cell.judged is not None
         judged = replace(cell.judged, missed_max=0.1, loss={"within_1pct_share": served})
         cells.append(replace(cell, judged=judged))
-    run = read_run(made_up.record(tmp_path, made_up.header(), made_up.problem("ukwial"), *cells))
+    run = made_up.run(tmp_path, made_up.problem("ukwial"), *cells)
     sized = sizes(run, HUNDRED_HZ)
     assert [(size.label, size.missing, size.tenths) for size in sized] == [
         ("clip", pytest.approx(0.04), 1),
