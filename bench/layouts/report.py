@@ -16,7 +16,7 @@ from bench.layouts.measure import Columns
 from bench.layouts.run import SHARDS, LayoutError
 from bench.layouts.space import LayoutSpace, Parameter, base_order, poses, thruster_counts
 from bench.layouts.summary import COMPARED, OUTCOMES, StudySummary, losses, spread, summarise
-from bench.report.document import document
+from bench.report.html import document
 from bench.report.pictures.style import BLUE, GREY, SETTINGS, VERMILION, save
 from bench.results.text import plain, table
 

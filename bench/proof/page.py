@@ -7,7 +7,7 @@ import msgspec
 
 from alloc.files.textfile import write_folder
 from bench.proof.proof import Proof, Rounding, WorstPath
-from bench.report.document import document
+from bench.report.html import document
 from bench.results.text import table, three
 
 LIMITS = {"call": "of the call", "fixed": "fixed"}

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from alloc import AllocError
 from bench.record import RecordError
-from bench.report.sections import capability, cost, emulation, facts, headline, losses, onboard
+from bench.report.sections import capability, cost, emulation, facts, headline, losses
 from bench.results.columns import Row
 from bench.results.ranking import best_rows, loss_text, representatives, served_text, shortlist
 from bench.results.rows import Run
@@ -16,7 +16,7 @@ FIRST: tuple[Section, ...] = (
     headline.opening,
     facts.frames,
     facts.logs,
-    onboard.onboard,
+    cost.onboard,
     headline.headline,
     cost.growth,
     headline.candidates,

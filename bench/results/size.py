@@ -190,7 +190,7 @@ class Size:
 def rank_sizes(sizes: Sequence[Size]) -> list[Size]:
     """Sizes by vehicle, the one to take first: by ``usefulness``, then median, then ``precedence``.
 
-    ``instrument/page.js`` of the report walks the same two keys for a rate that is typed there.
+    ``instrument/sizing.js`` of the report walks the same two keys for a rate that is typed there.
     """
     ranked: list[Size] = []
     by_median = sorted(sizes, key=lambda s: (s.vehicle, s.usefulness(), s.median_us, s.label))

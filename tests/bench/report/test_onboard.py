@@ -6,7 +6,7 @@ from msgspec.structs import replace
 
 from bench.record import Batch, Cell, Judged, Key, Line, Method
 from bench.report import render
-from bench.report.sections.onboard import onboard as section
+from bench.report.sections.cost import onboard as section
 from bench.results.rows import read_run
 from tests import made_up
 from tests.browsers import browser

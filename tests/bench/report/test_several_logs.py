@@ -8,7 +8,7 @@ from msgspec.structs import replace
 from bench.record import Cell, Judged, Key, Line, Method, Problem
 from bench.report import together
 from bench.report.page import page
-from bench.report.sections import cost, headline, losses, onboard
+from bench.report.sections import cost, headline, losses
 from bench.results.machines import NamedRun
 from bench.results.rows import Run, read_run
 from tests import made_up
@@ -80,7 +80,7 @@ def test_what_turns_and_goes_beyond_limits_is_the_worst_of_the_logs(tmp_path: Pa
 
 
 def test_on_board_logs_of_one_kind_stand_together_with_the_worst(tmp_path: Path) -> None:
-    text = onboard.onboard(run_of(tmp_path / "run", "a_hard", "b_easy", "c_easy"), frozenset())
+    text = cost.onboard(run_of(tmp_path / "run", "a_hard", "b_easy", "c_easy"), frozenset())
     assert "attainable: b_easy and c_easy, not attainable: a_hard" in text
 
 

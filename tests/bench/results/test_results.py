@@ -1,16 +1,17 @@
 """results.csv: the contract's columns come first, and each number is worked out in a second way."""
 
 import csv
+from collections.abc import Sequence
 from pathlib import Path
 from time import perf_counter_ns
+from typing import Any
 
 import pandas as pd
 import pytest
 from scipy.stats import binom
 
 from bench.harness.timing import sample, tally
-from bench.record import Batch, Judged, Key
-from bench.results.columns import Row
+from bench.record import Batch, Cell, Judged, Key, Line
 from bench.results.columns import columns as all_columns
 from bench.results.quantiles import interval, share
 from bench.results.rows import read_run
@@ -22,12 +23,6 @@ vehicle demands method start status reason n_demands n_calls setup_us call_p50_u
 call_max_us solver_p50_us iterations_max solved_fraction wrench_error_max limit_violation_max_N distance_max_N
 agrees peak_rss_MB quiet
 """
-
-
-def row(tmp_path: Path, *cells: object) -> Row:
-    """The only row of a record of these cells."""
-    (only,) = made_up.run(tmp_path, *cells).rows
-    return only
 
 
 def test_the_contract_s_columns_come_first_in_their_order() -> None:
@@ -66,80 +61,81 @@ def test_text_in_a_csv_is_no_formula_and_moves_no_cursor(text: str, cell: str, t
         assert list(csv.reader(file)) == [["name", "number"], [cell, "-1.0"]]
 
 
-def test_the_median_call_is_the_median_of_the_batches(tmp_path: Path) -> None:
-    # Three batches at 1, 2 and 1 µs a call.
-    assert row(tmp_path, made_up.cell()).call_p50_us == 1.0
+def repeats(**each: Sequence[Any]) -> list[Cell]:
+    """A method's repeats, with one of these values each."""
+    cells = [
+        made_up.cell(**dict(zip(each, values, strict=True))) for values in zip(*each.values(), strict=True)
+    ]
+    return [made_up.rename(cell, repeat=i) for i, cell in enumerate(cells)]
 
 
-def test_the_median_over_repeats_is_not_moved_by_one_slow_process(tmp_path: Path) -> None:
-    cells = [made_up.cell(us=us, key=Key("v", "d", "m", repeat=i)) for i, us in enumerate((1, 50, 2))]
-    slow = row(tmp_path, *cells)
-    assert slow.call_p50_us == 2.0
-    assert slow.call_p50_low_us == 1.0
-    assert slow.call_p50_high_us == 50.0
+def judgements(**each: Sequence[Any]) -> list[Judged]:
+    """Judgements of ten answers, with one of these values each."""
+    return [
+        Judged(answers=10, counts={"SOLVED": 10}, **dict(zip(each, values, strict=True)))
+        for values in zip(*each.values(), strict=True)
+    ]
 
 
-def test_quantiles_count_from_the_fast_end(tmp_path: Path) -> None:
-    # Single calls of 1 … 20,000 ns, once each.
-    measured = row(tmp_path, made_up.cell())
-    assert measured.call_p99_us == pytest.approx(19.8)
-    assert measured.call_p999_us == pytest.approx(19.98)
-    assert measured.call_max_us == 20.0
+def calls(n: int) -> Cell:
+    """Single calls of 10, 20, … ns, once each."""
+    return made_up.cell(singles=[(10 * ns, 1) for ns in range(1, n + 1)])
 
 
-def test_a_quantile_with_fewer_than_ten_calls_beyond_it_is_left_empty(tmp_path: Path) -> None:
-    thousand = made_up.cell(singles=[(10 * ns, 1) for ns in range(1, 1001)])
-    assert row(tmp_path, thousand).call_p99_us == pytest.approx(9.9)
-    assert row(tmp_path, thousand).call_p999_us is None
+LOST = [
+    {"lost_wrench_max": lost, "answered_share": 1 - lost, "within_1pct_share": 0.5 - lost}
+    for lost in (0.1, 0.3, 0.2)
+]
+EMPTY = {"call_p99_us": None, "call_p99_high_us": None}
+COLUMNS: dict[str, tuple[list[Line], dict[str, Any]]] = {
+    "the median call is that of the batches, at 1, 2 and 1 us": ([made_up.cell()], {"call_p50_us": 1.0}),
+    "the median over repeats is not moved by one slow process": (
+        [*repeats(us=(1, 50, 2))],
+        {"call_p50_us": 2.0, "call_p50_low_us": 1.0, "call_p50_high_us": 50.0},
+    ),
+    "quantiles count from the fast end": (  # single calls of 1 … 20,000 ns, once each
+        [made_up.cell()],
+        {"call_p99_us": 19.8, "call_p999_us": 19.98, "call_max_us": 20.0},
+    ),
+    "a quantile with fewer than ten calls beyond it is empty": (
+        [calls(1000)],
+        {"call_p99_us": 9.9, "call_p999_us": None},
+    ),
+    **{f"p99 is empty below a thousand calls: {n}": ([calls(n)], EMPTY) for n in (951, 960, 999)},
+    "the worst answer of all repeats is shown": (
+        [*repeats(judged=judgements(wrench_error_max=([1.0, -0.0], [4.0, 2.0]), agrees=(True, False)))],
+        {"wrench_error_max": 4.0, "agrees": "no"},
+    ),
+    "of what repeats lose the most counts, of what they serve the least": (
+        [*repeats(judged=judgements(loss=LOST))],
+        {"lost_wrench_max": 0.3, "answered_share": 0.7, "within_1pct_share": 0.2},
+    ),
+    "shares stand level by level, and the least of all repeats counts": (
+        [*repeats(judged=judgements(share_p50=[[1.0, 0.5]] * 2, share_min=([1.0, 0.25], [0.5, 0.5])))],
+        {"share_p50": "1 0.5", "share_min": "0.5 0.25"},
+    ),
+    "one failed repeat makes the row failed with its reason": (
+        [*repeats(status=("ok", "crashed"), reason=("", "signal 11"))],
+        {"status": "crashed", "reason": "signal 11"},
+    ),
+    "the solved fraction counts every answer": ([made_up.cell()], {"solved_fraction": 0.9}),
+    "memory is the peak of the method's own workers": (
+        [made_up.worker("pinv"), made_up.worker("other", peak_rss_bytes=99_000_000), made_up.cell()],
+        {"peak_rss_MB": 60.0},
+    ),
+    "calls are counted in batches and singly": (
+        [made_up.cell(batches=[Batch(100, 1, 1, 0)] * 2, singles=[(1, 3), (2, 4)])],
+        {"n_calls": 207},
+    ),
+}
 
 
-@pytest.mark.parametrize("calls", [951, 960, 999])
-def test_p99_is_empty_below_a_thousand_calls_as_its_column_says(calls: int, tmp_path: Path) -> None:
-    few = made_up.cell(singles=[(10 * ns, 1) for ns in range(1, calls + 1)])
-    assert row(tmp_path, few).call_p99_us is None
-    assert row(tmp_path, few).call_p99_high_us is None
-
-
-def test_a_row_shows_the_worst_answer_of_all_repeats(tmp_path: Path) -> None:
-    judged = (
-        Judged(answers=1, counts={"SOLVED": 1}, wrench_error_max=[1.0, -0.0], agrees=True),
-        Judged(answers=1, counts={"SOLVED": 1}, wrench_error_max=[4.0, 2.0], agrees=False),
-    )
-    cells = [made_up.cell(key=Key("v", "d", "m", repeat=i), judged=j) for i, j in enumerate(judged)]
-    assert row(tmp_path, *cells).wrench_error_max == 4.0
-    assert row(tmp_path, *cells).agrees == "no"
-
-
-def test_of_what_repeats_lose_the_most_counts_and_of_what_they_serve_the_least(tmp_path: Path) -> None:
-    repeats = []
-    for repeat, lost in enumerate((0.1, 0.3, 0.2)):
-        loss = {"lost_wrench_max": lost, "answered_share": 1 - lost, "within_1pct_share": 0.5 - lost}
-        judged = Judged(answers=10, counts={"SOLVED": 10}, wrench_error_max=[0.0], loss=loss)
-        repeats.append(made_up.cell(key=Key("ukwial", "inactive", "pinv", repeat=repeat), judged=judged))
-    worst = row(tmp_path, *repeats)
-    assert (worst.lost_wrench_max, worst.answered_share, worst.within_1pct_share) == (0.3, 0.7, 0.2)
-
-
-def test_one_failed_repeat_makes_the_row_failed_with_its_reason(tmp_path: Path) -> None:
-    crashed = made_up.cell(
-        key=Key("ukwial", "inactive", "pinv", repeat=1), status="crashed", reason="signal 11"
-    )
-    measured = row(tmp_path, made_up.cell(), crashed)
-    assert (measured.status, measured.reason) == ("crashed", "signal 11")
-
-
-def test_solved_fraction_counts_every_answer(tmp_path: Path) -> None:
-    assert row(tmp_path, made_up.cell()).solved_fraction == 0.9
-
-
-def test_memory_is_the_peak_of_the_method_s_own_workers(tmp_path: Path) -> None:
-    workers = made_up.worker("pinv"), made_up.worker("other", peak_rss_bytes=99_000_000)
-    assert row(tmp_path, *workers, made_up.cell()).peak_rss_MB == 60.0
-
-
-def test_calls_are_counted_in_batches_and_singly(tmp_path: Path) -> None:
-    few = made_up.cell(batches=[Batch(100, 1, 1, 0)] * 2, singles=[(1, 3), (2, 4)])
-    assert row(tmp_path, few).n_calls == 207
+@pytest.mark.parametrize(("lines", "expected"), COLUMNS.values(), ids=COLUMNS.keys())
+def test_a_column_is_worked_out_as_its_name_says(
+    lines: list[Line], expected: dict[str, Any], tmp_path: Path
+) -> None:
+    (only,) = made_up.run(tmp_path, *lines).rows
+    assert {name: getattr(only, name) for name in expected} == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(("slow_ns", "times"), [(0, 1), (10**12, 2)])  # a busy machine has no say in it
@@ -158,8 +154,8 @@ def test_a_call_counts_once_although_a_slow_one_is_stored_in_a_batch_and_singly(
 
     samples = sample(call, [range(10)], budget_ns=20_000_000)
     cell = made_up.cell(batches=samples.batches, singles=tally(samples.singles), timed_ns=samples.timed_ns)
-    measured = row(tmp_path, cell)
-    n = measured.n_calls
+    (only,) = made_up.run(tmp_path, cell).rows
+    n = only.n_calls
     assert isinstance(n, int)
     assert n <= made
     assert n == times * len(samples.singles)
@@ -209,16 +205,3 @@ def test_the_interval_of_a_quantile_has_binomial_ranks(n: int, q: float) -> None
     low, high = interval([(ns, 1) for ns in range(1, n + 1)], q) or (0, 0)
     for rank, p in ((low, 0.025), (high - 1, 0.975)):
         assert binom.cdf(rank - 1, n, q) < p <= binom.cdf(rank, n, q)
-
-
-def test_shares_stand_level_by_level_and_the_least_of_all_repeats_counts(tmp_path: Path) -> None:
-    judged = [
-        Judged(answers=2, counts={}, share_p50=[1.0, 0.5], share_min=least)
-        for least in ([1.0, 0.25], [0.5, 0.5])
-    ]
-    cells = [
-        made_up.cell(key=Key("ukwial", "inactive", "priority", repeat=i), judged=j)
-        for i, j in enumerate(judged)
-    ]
-    made = row(tmp_path, *cells)
-    assert (made.share_p50, made.share_min) == ("1 0.5", "0.5 0.25")
