@@ -132,7 +132,7 @@ def worker(method: str, **changes: Any) -> Worker:
 
 
 def capability(vehicle: str = "ukwial", **changes: Any) -> Capability:
-    """What a planar vehicle of full rank can do, as far as nobody serves it."""
+    """Capability of a planar vehicle of full rank that no method was counted on."""
     ends: dict[str, Any] = {"axis_min": [-3.0, -2.0, -1.0], "axis_max": [3.0, 2.0, 1.0]}
     shares = {"volume_share": 1.0, "closed_form_share": 0.625, "safe_share": 0.555}
     healthy = Authority(fault=None, vehicle=vehicle, rank=3, condition=1.0, **shares, **ends)
@@ -142,7 +142,7 @@ def capability(vehicle: str = "ukwial", **changes: Any) -> Capability:
 
 
 def served(method: str, share: int, n: int = 100, **changes: Any) -> Served:
-    """So many of n demands that a method serves."""
+    """Share of n demands that a method serves."""
     return msgspec.structs.replace(
         Served(fault=None, method=method, n_demands=n, within_1pct=share, within_5pct=share), **changes
     )
