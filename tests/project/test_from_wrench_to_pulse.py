@@ -1,14 +1,14 @@
 """README's commands between a wrench and pulse widths, in both directions, typed as they stand there."""
 
 import shlex
-import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
+import bench.__main__
 from alloc import build, load_vehicle
 from alloc.c import compiled
 from tests.output_logs import write_bin
@@ -37,16 +37,23 @@ int main(void)
 """
 
 
-def typed(word: str, folder: Path) -> str:
+@pytest.fixture(autouse=True)
+def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Commands are typed in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+
+
+def typed(word: str) -> str:
     """Output of the command of README with that word."""
     lines = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
     (line,) = (line for line in lines if line.startswith("thrustbench ") and word in line)
-    command = [sys.executable, "-m", "bench", *shlex.split(line, comments=True)[1:]]
-    return subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True).stdout
+    done = CliRunner().invoke(bench.__main__.cli, shlex.split(line, comments=True)[1:])
+    assert done.exit_code == 0, done.output
+    return done.stdout
 
 
 def test_from_a_wrench_to_eight_pulse_widths_in_c(tmp_path: Path) -> None:
-    typed("codegen --vehicle bluerov2-heavy", tmp_path)
+    typed("codegen --vehicle bluerov2-heavy")
     firmware = tmp_path / "firmware"
     (firmware / "main.c").write_text(MAIN, encoding="utf-8")
     name = "bluerov2_heavy_scaled_call_float"
@@ -62,6 +69,4 @@ def test_from_a_dive_s_log_to_what_the_mixer_lost(tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     u = rng.integers(1100, 1901, (20, 8))
     write_bin(tmp_path, np.arange(20) * 0.1, u, np.full(20, 15.5), rng.uniform(-1, 1, (20, 3)))
-    said = typed("dive.BIN", tmp_path)
-    assert "undone" in said
-    shutil.rmtree(tmp_path)
+    assert "undone" in typed("dive.BIN")
