@@ -32,13 +32,18 @@ def adapter(vehicle: Vehicle, method: str, scalar: Scalar = "double") -> dict[st
     ``<name>_ready(tau)`` returns tau, and prepares at its first call.
     """
     own, shares = name(vehicle, method, scalar), levels(method, vehicle)
+    subject = vehicle.strong if shares else vehicle  # the library knows no survey
     tables = {
-        "T": vehicle.strong.T if shares else vehicle.T,  # the library knows no survey
+        "T": subject.T,
         "H": vehicle.H,
         "readiness": vehicle.readiness,
         "f_min": vehicle.f_min,
         "f_max": vehicle.f_max,
     }
+    lengths = ""
+    if subject is not vehicle:  # of others the library finds the lengths of rows itself
+        tables["length"] = subject.row_lengths
+        lengths = "    status = status ? status : tb_lengths(&allocator, own_length);\n"
     numbers = "\n".join(
         f"static const {scalar} own_{key}[{values.size}] = "
         f"{{{', '.join(number(value, scalar) for value in values.ravel().tolist())}}};"
@@ -67,9 +72,9 @@ static struct tb_allocator allocator;
 
 {prepares}
 {{
-    const int status =
+    {"int" if lengths else "const int"} status =
         tb_prepare(&allocator, {vehicle.k}, {vehicle.n}, own_T, own_H, own_readiness, own_f_min, own_f_max);
-    return status ? status : tb_levels(&allocator, own_level);
+{lengths}    return status ? status : tb_levels(&allocator, own_level);
 }}
 
 {ready}

@@ -93,6 +93,12 @@ int tb_prepare(struct tb_allocator *a, int k, int n, const tb_real *T, const tb_
  * the copy, and swap pointers. */
 int tb_without(struct tb_allocator *a, unsigned long mask);
 
+/* Lengths (k) by which rows of T count, in place of their own: of a vehicle with weak directions, beside the T of its
+ * strong ones, both from Python's `vehicle.strong`. Returns and is bounded as tb_prepare; TB_BAD_ARGUMENT, and nothing
+ * changes, for a length that is not positive or 1e9 times (with TB_FLOAT 1e5) longer or shorter than the row's own.
+ * Thrusters that were off by tb_without are back. */
+int tb_lengths(struct tb_allocator *a, const tb_real *length);
+
 /* Levels for tb_priority: level[j] of axis j counts from 0, and no number is left out; else TB_BAD_ARGUMENT, and
  * nothing changes. tb_prepare puts all in one. */
 int tb_levels(struct tb_allocator *a, const int *level);

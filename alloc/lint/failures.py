@@ -8,7 +8,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.errors import NotApplicable, VehicleError
-from alloc.lint.report import Failure, Level, Pairs, Remark, warning
+from alloc.lint.report import Failure, Level, Pairs, Remark, percent, warning
 from alloc.nullspace.allocator import exact
 from alloc.reach.attainable import FACETS, alpha_range
 from alloc.vehicle import Vehicle
@@ -42,11 +42,13 @@ def failures(vehicle: Vehicle) -> list[Failure]:
             )
             if 0 < before < np.inf
         }
-        weak = float(degraded.weak_left.max(initial=0.0))
+        weak = _weak_left(degraded, vehicle)
         found.append(Failure(i, name, False, lost, condition(degraded.strong), left, weak))
     return found
 
 
+NEW = 0.5
+"""Part of a weak direction that must lie outside of those that were weak before, if a failure made it."""
 FEWEST_LEFT = 2
 """Thrusters that must be left for a pair of failures to be looked at."""
 RIGHTED = ("heave", "roll", "pitch")
@@ -64,7 +66,7 @@ def pairs(vehicle: Vehicle) -> list[Pairs]:
         lost = _lost(degraded, vehicle)
         if lost in ((), alone[i], alone[j]):
             continue
-        left = float(degraded.weak_left.max(initial=0.0))
+        left = _weak_left(degraded, vehicle)
         key = lost, left > 0.0
         alike.setdefault(key, []).append((vehicle.called(i), vehicle.called(j)))
         shares[key] = max(shares.get(key, 0.0), left)
@@ -78,6 +80,14 @@ def _lost(degraded: Vehicle, before: Vehicle) -> tuple[tuple[str, ...], ...]:
         return ()
     rows = lost_directions(degraded.strong, before=before.strong)
     return tuple(_axes(degraded, direction) for direction in rows)
+
+
+def _weak_left(degraded: Vehicle, before: Vehicle) -> float:
+    """Largest sigma / sigma_max of the directions that a failure makes weak [-]."""
+    scale = degraded.directions.scale
+    now, known = degraded.weak * scale, before.weak * scale  # orthonormal
+    new = np.linalg.norm(now - now @ known.T @ known, axis=1) > NEW
+    return float(degraded.weak_left[new].max(initial=0.0))
 
 
 def _axes(vehicle: Vehicle, direction: FloatArray) -> tuple[str, ...]:
@@ -100,7 +110,7 @@ def on_weak(vehicle: Vehicle) -> Iterator[Remark]:
         )
         yield warning(
             "weak",
-            f"{' and '.join(axes)}: {100 * left:.1g} % of {best}, less than {than}; scaled and priority leave"
+            f"{' and '.join(axes)}: {percent(left)} % of {best}, less than {than}; scaled and priority leave"
             " it out; nullspace and the QPs hold it at zero with all the thrust that takes, or refuse, and"
             " clip misses the rest: leave it out of 'dof', or survey finer",
         )

@@ -123,8 +123,13 @@ def _none_of(lost: Sequence[Sequence[str]]) -> list[str]:
     ]
 
 
+def percent(share: float) -> str:
+    """A share in per cent with one digit, or as many as stand before the point."""
+    return f"{100 * share:.1g}" if share < 0.095 else f"{100 * share:.0f}"
+
+
 def _though(weak: float) -> str:
-    return f" (the file promises {100 * weak:.1g} %, the survey does not)" if weak else ""
+    return f" (the file promises {percent(weak)} %, the survey does not)" if weak else ""
 
 
 class Pairs(NamedTuple):

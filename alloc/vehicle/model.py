@@ -256,12 +256,15 @@ class Vehicle:
         """This vehicle with T that pushes nothing along its weak directions; itself where it has none.
 
         Of directions that are lost already only a short row of T makes another vehicle, by the length that it
-        counts with. Raises VehicleError where all directions are weak.
+        counts with. Where failures leave all directions weak it is the vehicle itself. Raises VehicleError
+        where they are weak without any failure.
         """
         if not self._weak.size or self.units is not None:
             return self
         pushed = self._weak[self._weak < self.rank]
         if len(self._weak) == self.k:
+            if self.faults:
+                return self
             raise VehicleError(f"{self.name}: {ALL_WEAK}", "weak")
         T, units = self.directions.strong_rows(self.T, self.row_lengths, pushed, self.working)
         if not pushed.size and (units == self.row_lengths).all():

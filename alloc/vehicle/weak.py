@@ -26,8 +26,8 @@ WEAK = 2.0
 RELATIVE = 0.01
 """Tolerance of an entry of T that is no thrust along a line, relative to the largest of its row [-]."""
 UNIT = 1e-3
-"""Share by which the force of a column may differ from 1 if it is that of a pose: published directions carry
-three digits."""
+"""Share by which the force of a column may differ from the largest if it is that of a pose: published
+directions carry three digits."""
 SHORT = 0.24
 """Shortest row of T that counts with its own length among others, relative to a row of the rms [-]. A
 demand is projected in rows of one length, and a pitch of millimetres must not weigh as much as surge. No
@@ -157,21 +157,28 @@ def doubts(T: FloatArray, dof: Sequence[str], survey: Survey, rows: FloatArray) 
 
         c'dT = theta'(e x (a + b x r + p b)) + dr'(e x b)
 
-    Other columns err by the relative tolerance.
+    Where all three forces are controlled, thrusts may have another unit: e has then the length of the longest
+    column. Other columns err by the relative tolerance.
     """
     whole, c = np.zeros((6, T.shape[1])), np.zeros((len(rows), 6))
     six = [DOF.index(axis) for axis in dof]
     whole[six], c[:, six] = T, rows
-    e, m = whole[:3].T, whole[3:].T
+    forces = np.linalg.norm(whole[:3], axis=0)
+    unit = float(forces.max()) if {*DOF[:3]} <= {*dof} and forces.any() else 1.0
+    e, m = whole[:3].T / unit, whole[3:].T / unit
     a, b = c[:, None, :3], c[:, None, 3:]
     own = np.einsum("ij,ij->i", e, m)[None, :, None]
     turned = np.cross(e, a + np.cross(b, np.cross(e, m)) + own * b)
     by_pose = (
-        np.radians(survey.deg) ** 2 * (turned**2).sum(axis=2)
-        + (1e-3 * survey.mm) ** 2 * (np.cross(e, b) ** 2).sum(axis=2)
-    ) / 3.0
+        unit**2
+        * (
+            np.radians(survey.deg) ** 2 * (turned**2).sum(axis=2)
+            + (1e-3 * survey.mm) ** 2 * (np.cross(e, b) ** 2).sum(axis=2)
+        )
+        / 3.0
+    )
     share = RELATIVE if survey.relative is None else survey.relative
     by_entry = ((rows * share * np.abs(T).max(axis=1)) ** 2).sum(axis=1, keepdims=True) / 3.0
-    posed = (np.abs(np.linalg.norm(e, axis=1) - 1.0) <= UNIT) & (survey.relative is None)
+    posed = (np.abs(forces / unit - 1.0) <= UNIT) & (survey.relative is None)
     found: FloatArray = np.where(posed, by_pose, by_entry)
     return found

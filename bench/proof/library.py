@@ -48,7 +48,7 @@ NO_ERROR = (
 )
 STATUS = "The status of each call is one that the header names."
 KEPT = "What prepares an allocator leaves indices that lie within its arrays, so that any call may follow."
-PREPARING = ("tb_prepare", "tb_without", "tb_levels")
+PREPARING = ("tb_prepare", "tb_without", "tb_lengths", "tb_levels")
 ANSWERS = (
     "On random vehicles, failures and demands thrusts lie inside the limits, SOLVED makes tau, shares make"
     " what they say, and NaN is refused."
@@ -240,6 +240,7 @@ void tb_find_facets(struct tb_allocator *made, tb_real doubt)
     switch (any) {{
     case 0: status = tb_prepare(&a, any, any, {given}); break;
     case 1: status = tb_without(&a, any_mask); break;
+    case 2: status = tb_lengths(&a, any ? tau : NULL); break;
     default: status = tb_levels(&a, level);
     }}
 {HELD}""",

@@ -1,10 +1,12 @@
 """An axis that is nearly lost takes no other with it, in Python and in C."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 from alloc import Status, Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
@@ -142,8 +144,22 @@ def test_compiled_allocators_leave_out_the_same_and_state_what_is_left(
     off: tuple[int, ...], form: str
 ) -> None:
     drawing, vehicle = pair("bluerov2-heavy", off, Survey(), 3)
+    compare(vehicle, form, pushable_demands(drawing, 20, np.random.default_rng(6)))
+
+
+@pytest.mark.skipif(bool(missing()), reason=missing() or "-")
+@pytest.mark.parametrize("form", ["library", "native"])
+def test_compiled_allocators_count_a_short_row_by_the_same_length(form: str) -> None:
+    """The library took its own length, a pitch of millimetres: surge 30 N gave 16 N, with a pitch -70 N."""
+    vehicle = load_vehicle(Path("docs/vehicles/bluerov2-surveyed.yaml"))
+    taus = [[30, 0, 0, 0, 0, 0], [30, 0, 0, 0, 2, 0], [0, 0, 0, 0, 5, 0], [80, 9, 20, 1, 0, 2]]
+    compare(vehicle, form, taus)
+
+
+def compare(vehicle: Vehicle, form: str, taus: Iterable[ArrayLike]) -> None:
+    """Assert that a compiled ``scaled`` answers each demand as Python's does."""
     ours, theirs = build("scaled", vehicle), build(f"scaled@{form}", vehicle)
-    for tau in pushable_demands(drawing, 20, np.random.default_rng(6)):
+    for tau in taus:
         one, other = ours(tau), theirs(tau)
         np.testing.assert_allclose(other.share, one.share, atol=1e-8)
         np.testing.assert_allclose(other.f, one.f, atol=1e-6 * vehicle.f_scale)

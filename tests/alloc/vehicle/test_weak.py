@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from alloc import Vehicle, list_vehicles, load_vehicle
+from alloc import Vehicle, generate, list_vehicles, load_vehicle
 from alloc.errors import VehicleError
 from alloc.vehicle.weak import WEAK, Survey, doubts
 from bench.demands.store import arrays_of, same_vehicle, vehicle_of
@@ -35,8 +35,28 @@ def test_entries_of_a_matrix_that_is_no_poses_err_by_a_share_of_their_row() -> N
     expected = (0.02 * np.abs(vehicle.T).max(axis=1)) ** 2 / 3
     found = doubts(vehicle.T, vehicle.dof, Survey(relative=0.02), c)
     np.testing.assert_allclose(found, np.tile(expected[:, None], vehicle.n))
-    half = doubts(0.5 * vehicle.T, vehicle.dof, Survey(), c)  # columns of force 0.5 are no thrusts
-    np.testing.assert_allclose(half, np.tile(expected[:, None] / 16, vehicle.n))
+    uneven = vehicle.T * np.linspace(0.5, 1.0, vehicle.n)  # columns of another length are no thrusts
+    relative = (0.01 * np.abs(uneven).max(axis=1)) ** 2 / 3
+    found = doubts(uneven, vehicle.dof, Survey(), c)[:, :-1]
+    np.testing.assert_allclose(found, np.tile(relative[:, None], vehicle.n - 1))
+
+
+def test_weak_directions_are_those_of_any_unit_of_thrust() -> None:
+    """Poses were found in newtons only: of thrusts in per cent of full throttle the lost pitch counted."""
+    newtons = load_vehicle(Path("docs/vehicles/bluerov2-surveyed.yaml"))
+    share = replace(newtons, T=newtons.T * 50, f_min=newtons.f_min / 50, f_max=newtons.f_max / 50)
+    np.testing.assert_allclose(share.weak_left, newtons.weak_left)
+    assert len(share.weak) == 1
+
+
+def test_a_failure_that_leaves_nothing_strong_leaves_the_vehicle_as_it_is() -> None:
+    """Code for each failure was refused where one of them takes all there is."""
+    T, one = np.array([[1.0, 0.01, 0.0, 0.0]]), np.ones(1)
+    vehicle = replace(load_vehicle("ukwial"), dof=("surge",), T=T, slack_weights=one, priority=(), groups=())
+    degraded = vehicle.with_fault(0)
+    assert len(degraded.weak) == vehicle.k
+    assert degraded.strong is degraded
+    assert generate(vehicle, "scaled", faults="one")
 
 
 @pytest.mark.parametrize("survey", [Survey(), Survey(5.0, 0.5)], ids=lambda survey: survey.words)
