@@ -144,9 +144,9 @@ def of_scaled(change: str, more: str = "") -> Callable[[Any], Any]:
         "        self.weak = (vehicle.readiness > 0) & (vehicle.readiness < 1)\n"
         "        self.built.append(self)\n"
         "    def __call__(self, tau, f_min=None, f_max=None):\n"
-        "        f, status, iterations, seconds, share = self.inner(tau, f_min, f_max)\n"
+        "        f, status, iterations, seconds, share, *rest = self.inner(tau, f_min, f_max)\n"
         f"        {change}\n"
-        f"        return f, status, iterations, seconds, share\n{more}",
+        f"        return f, status, iterations, seconds, share, *rest\n{more}",
         scope,
     )
     made: Callable[[Any], Any] = scope["Mine"]

@@ -168,7 +168,7 @@ def test_a_direction_that_only_rounding_pushes_is_lost_and_gets_no_thrust(method
 def test_a_solved_answer_is_right_where_h_and_t_are_far_from_one(method: str, readiness: float) -> None:
     """H weighs thruster 2 1e11 times the others: singular values of T L'^-1 lie beyond a tolerance of T."""
     T = np.array([[1.0, 1.0, 1.0], [0.0, 1e-2, 1.0], [0.0, 1.0, 1.0]])
-    vehicle = vehicle_of(T, np.diag([1.0, 1.0, 1e11]))
+    vehicle = replace(vehicle_of(T, np.diag([1.0, 1.0, 1e11])), weak_limit=0.0)  # numbers, not a survey's
     vehicle = vehicle if readiness == 1.0 else vehicle.with_fault(2, readiness)
     expected = np.array([1.0, 2.0, 3.0])  # n = k: there is no other f
     f, status, *_ = build(method, vehicle)(vehicle.TP @ expected)
