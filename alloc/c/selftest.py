@@ -21,7 +21,7 @@ UNTOUCHED = 12345.0
 AGREEMENT: dict[Scalar, float] = {"double": 1e-12, "float": 1e-5}
 """|f - expected| that every case may have, relative to the largest limit: rounding of a few dozen terms."""
 ROUNDING: dict[Scalar, float] = {"double": 2.5e-14, "float": 1e-6}
-"""What a kernel's sums may lose, relative to the largest term [-]: in float a few dozen roundings; in double
+"""Loss of a kernel's sums, relative to the largest term [-]: in float a few dozen roundings; in double
 more than those the matrix, whose entries count as equal within 1.4e-14 and as zero below 1e-14 of the largest
 (``alloc.program.sums.snapped``)."""
 TRIES = 8

@@ -15,7 +15,7 @@ from alloc.program import Faults, Program, Scalar, Where
 from alloc.vehicle import Vehicle
 
 NOT_FINITE = -2
-"""What a kernel returns that looks whether its arguments are finite, where one is not."""
+"""Status of a kernel that checks its arguments, where one is not finite."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

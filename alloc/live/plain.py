@@ -134,12 +134,12 @@ DECLARED: tuple[tuple[str, Any, str], ...] = (
     ("LIMITED", bool, "True where every thrust lies inside the limits, else False"),
     ("TOLERANCE", Real, "a distance from the right answer, relative to the largest limit"),
 )
-"""What a plug-in may declare, its type, and what to write."""
+"""Declarations of a plug-in: name, type, and what to write."""
 PROMISED, CLOSE = ("FORMULATION", "LIMITED", "TOLERANCE"), 0.85
 """Names by which answers are held to something, and how like one of them another name may not be: a method
 whose file misspells one is held to nothing. LIMIT and LIMITS are less like."""
 OFFERED = (("STARTS", "start", get_args(Start)), ("LEVELS", "level", get_args(Level)))
-"""What it may offer a choice of: its name, the argument of ``build``, and the words that a run asks for."""
+"""Choices that a plug-in may offer: name, argument of ``build``, and the words that a run asks for."""
 
 
 def check_declared(path: Path, module: ModuleType) -> None:

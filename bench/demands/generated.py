@@ -238,7 +238,7 @@ DEMANDS = 50
 EDGE = 1e-6
 """Share by which a demand must lie inside the edge to count as attainable, by the facets alone."""
 FACTORS = (1.0, 1.0, 1 - 1e-5, 0.5, 1 + 1e-5, 2.0)
-"""What demands that thrusts inside the limits push are multiplied by."""
+"""Factors on demands that thrusts inside the limits push."""
 
 
 def odd_vehicle(rng: np.random.Generator) -> Vehicle:

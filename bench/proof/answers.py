@@ -29,7 +29,7 @@ from bench.proof.proof import Claim, not_shown
 from bench.proof.source import ANSWERED, Subject
 
 DEMANDS, SEED = 2_000, 2004
-"""Of each fault."""
+"""Number of demands for each fault, and the seed."""
 MOVING = "jolts"
 """Demands with limits of their own, thrusters that are stuck and limits that cross among them: every other
 one where the C takes limits of the call."""

@@ -28,7 +28,7 @@ from bench.proof import tools
 from bench.proof.proof import Claim, not_shown
 
 ANSWERED = (0, 1)
-"""What a kernel returns beside an answer: SOLVED and PARTIAL."""
+"""Statuses of a kernel with an answer: SOLVED and PARTIAL."""
 INCLUDED = "#include <stdint.h>"
 INTEGERS = {"int8_t": "signed char", "int16_t": "short", "int32_t": "int"}
 SIZED = " ".join(

@@ -1,4 +1,4 @@
-"""What a tape measure's errors cost where axes are nearly lost: drawings, surveys, failures.
+"""Cost of a tape measure's errors where axes are nearly lost: drawings, surveys, failures.
 
 ``python docs/studies/weak_axes.py [--surveys N] [--demands N]`` prints the three tables of
 docs/weak-axes.md: demands on drawings and on surveys of them; sigma / epsilon of lost and of other

@@ -194,7 +194,7 @@ def _refused(family: list[Series]) -> str:
 
 MET, BEYOND, MIXED = "attainable", "not attainable", "some attainable"
 CLIP = "clip"
-"""What practice does anyway: a method that delivers less than this is named with the number."""
+"""Practice without optimisation: a method that delivers less than this is named with the number."""
 
 ON_BOARD = """## On board: the price in C, and what is delivered
 
