@@ -40,8 +40,8 @@ def right(vehicle: Vehicle, question: Question) -> list[Allocation]:
 
 
 @pytest.fixture(scope="module")
-def few_demands() -> Iterator[None]:
-    """The gate asks a twentieth of its demands; how many there must be, other tests ask of the sets."""
+def few_demands(sets: list[DemandSet]) -> Iterator[None]:
+    """The gate asks a twentieth of its demands; ``sets``, which outlive this, are made before it."""
     with pytest.MonkeyPatch.context() as patch:
         few = {kind: n // 20 for kind, n in gate_questions.LOOKED_AT.items()}
         patch.setattr(gate_questions, "LOOKED_AT", few)
