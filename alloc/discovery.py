@@ -144,29 +144,15 @@ def _in_c(method: str) -> str:
 
 
 def load_plugin(path: Path) -> Entry:
-    """The method in a Python file, named after the file; ``alloc.methods`` says what the file may hold.
+    """The method in a file, named after it: Python, or a shared library with ``alloc.foreign``'s C interface.
 
-    Its ``build`` returns an allocator, or a plain function tau -> f, whose status ``alloc.live.plain``
-    works out.
-    Raises UnknownName where the file can't be imported, has no ``build``, or declares what there is not.
+    ``alloc.methods`` says what a Python file may hold. Its ``build`` returns an allocator, or a plain
+    function tau -> f, whose status ``alloc.live.plain`` works out.
+    Raises UnknownName where the file can't be loaded, has no ``build``, or declares what there is not.
     """
-    spec = spec_from_file_location(f"thrustbench_plugin_{path.stem}", path)
-    if spec is None or spec.loader is None or not path.is_file():
-        raise UnknownName(f"{path}: is no Python file; a plug-in is one with build(vehicle) in it")
-    if (folder := str(path.resolve().parent)) not in sys.path:
-        sys.path.append(folder)  # for modules beside it; last, so that none takes another's place
-    known, module = set(sys.modules), module_from_spec(spec)
-    sys.modules[spec.name] = module  # dataclasses and pickle look up the module of a class here
-    try:
-        spec.loader.exec_module(module)
-    except KeyboardInterrupt:
-        raise
-    except BaseException as error:  # SystemExit too: a file that calls sys.exit must not end this process
-        del sys.modules[spec.name]
-        remedy = "mend it"
-        if isinstance(error, ImportError):
-            remedy += ", or put the folder of that module on sys.path in it"
-        raise UnknownName(f"{path}: can't be imported ({type(error).__name__}: {error}); {remedy}") from error
+    module, loaded = _compiled(path), set[str]()
+    if module is None:
+        module, loaded = _imported(path)
     check_declared(path, module)
     _refuse_method(path, getattr(module, "FORMULATION", None) or "")
     if hasattr(module, "variants"):
@@ -174,11 +160,46 @@ def load_plugin(path: Path) -> Entry:
             f"{path}: has variants(), which files in alloc/methods may; give each method a file"
         )
     used = {value.__name__ for value in vars(module).values() if isinstance(value, ModuleType)}
-    loaded = {name.partition(".")[0] for name in set(sys.modules) - known} - sys.stdlib_module_names
     if shadowed := _shadowed(path, used | loaded):
         raise UnknownName(f"{path}: {shadowed}; rename the file beside the plug-in, or uninstall the other")
     entry = _entry(_hyphened(path.stem), module)
     return replace(entry, prepare=partial(_built, path, module))
+
+
+def _compiled(path: Path) -> ModuleType | None:
+    """A shared library with the C interface as a module; None for any other file."""
+    from alloc.foreign import is_compiled
+
+    if not is_compiled(path):
+        return None
+    from alloc.foreign.bind import plugin  # with all that makes C
+
+    return plugin(path, _own_rule(_hyphened(path.stem)))
+
+
+def _imported(path: Path) -> tuple[ModuleType, set[str]]:
+    """A Python file as a module, and the names of the packages that it imported; raises UnknownName."""
+    spec = spec_from_file_location(f"thrustbench_plugin_{path.stem}", path)
+    if spec is None or spec.loader is None or not path.is_file():
+        raise UnknownName(
+            f"{path}: is neither a Python file with build(vehicle) in it nor a library with a C interface"
+        )
+    if (folder := str(path.resolve().parent)) not in sys.path:
+        sys.path.append(folder)  # for modules beside it; last, so that none takes another's place
+    known = set(sys.modules)
+    try:
+        module = module_from_spec(spec)
+        sys.modules[spec.name] = module  # dataclasses and pickle look up the module of a class here
+        spec.loader.exec_module(module)
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # SystemExit too: a file that calls sys.exit must not end this process
+        sys.modules.pop(spec.name, None)
+        remedy = "mend it"
+        if isinstance(error, ImportError):
+            remedy += ", or put the folder of that module on sys.path in it"
+        raise UnknownName(f"{path}: can't be imported ({type(error).__name__}: {error}); {remedy}") from error
+    return module, {name.partition(".")[0] for name in set(sys.modules) - known} - sys.stdlib_module_names
 
 
 def _refuse_method(path: Path, formulation: str) -> None:

@@ -84,6 +84,8 @@ def native(
     functions: tuple[str, str],
     vehicle: Vehicle,
     *,
+    context: int = 0,
+    needs: object = None,
     formulation: str,
     limited: bool,
     tolerance: float,
@@ -100,6 +102,9 @@ def native(
     functions : names of its functions that answer within the vehicle's limits, and within those of the call,
         which take the arguments of a kernel for double precision
     vehicle : whose demands they answer
+    context : an address that the second function is called with before all others, for both forms of limits;
+        0 where there is none
+    needs : what must live as long as the allocator
     formulation, limited, tolerance, worst_case_steps : the allocator's promises
     levels : how many shares the functions write behind f
     state : whether a call changes data of the library, so that only one may run at a time
@@ -128,10 +133,12 @@ def native(
         "limited": limited,
         "tolerance": tolerance,
         "worst_case_steps": worst_case_steps,
-        "library": library,
+        "library": (library, needs),
         "together": together or _apart,
     }
-    made = cast(Allocator, _binding().Native(*addresses, vehicle.k, vehicle.n, levels, state, objects))
+    made = cast(
+        Allocator, _binding().Native(*addresses, context, vehicle.k, vehicle.n, levels, state, objects)
+    )
     return _WithResidual(made, vehicle, way(vehicle)) if way and seen is not vehicle else made
 
 

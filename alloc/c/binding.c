@@ -20,6 +20,8 @@ typedef int (*call_kernel)(const double *tau, const double *f_min, const double 
 typedef int (*fixed_levels)(const double *tau, int fault, double *f, double *share);
 typedef int (*call_levels)(const double *tau, const double *f_min, const double *f_max, int fault, double *f,
                            double *share);
+typedef int (*context_kernel)(const void *context, const double *tau, const double *f_min, const double *f_max,
+                              double *f, double *share);
 typedef void (*abreast)(const double *tau, const double *f_min, const double *f_max, long step, double *f,
                         signed char *status);
 
@@ -42,6 +44,7 @@ typedef struct {
     vectorcallfunc vectorcall;
     void *fixed;
     void *call;
+    void *context; /* first argument of `call`, which then answers both forms of limits; NULL where there is none */
     void *side_by_side[2]; /* the same for ABREAST demands, once asked for and where there is code for that */
     int asked[2];
     int k;
@@ -177,7 +180,9 @@ static int solve(const Native *self, const double *tau, const double *f_min, con
                  double *share)
 {
     int status;
-    if (f_min == NULL) {
+    if (self->context != NULL) {
+        status = ((context_kernel)self->call)(self->context, tau, f_min, f_max, f, share);
+    } else if (f_min == NULL) {
         status = self->levels ? ((fixed_levels)self->fixed)(tau, WHOLE, f, share)
                               : ((fixed_kernel)self->fixed)(tau, WHOLE, f);
     } else {
@@ -365,14 +370,15 @@ static PyObject *native_many(PyObject *object, PyObject *const *args, Py_ssize_t
     return Py_BuildValue("NN", F, statuses);
 }
 
-/* Native(fixed, call, k, n, levels, state, {field: object}): addresses of the kernels, sizes, whether calls change
- * data of the library, and what `fields` names. */
+/* Native(fixed, call, context, k, n, levels, state, {field: object}): addresses of the kernels and of what they are
+ * called with, sizes, whether calls change data of the library, and what `fields` names. */
 static PyObject *native_new(PyTypeObject *type, PyObject *args, PyObject *names)
 {
-    PyObject *fixed, *call, *objects;
+    PyObject *fixed, *call, *context, *objects;
     int k, n, levels, state;
-    if (names != NULL || !PyArg_ParseTuple(args, "O!O!iiipO!", &PyLong_Type, &fixed, &PyLong_Type, &call, &k, &n,
-                                           &levels, &state, &PyDict_Type, &objects)) {
+    if (names != NULL ||
+        !PyArg_ParseTuple(args, "O!O!O!iiipO!", &PyLong_Type, &fixed, &PyLong_Type, &call, &PyLong_Type, &context, &k,
+                          &n, &levels, &state, &PyDict_Type, &objects)) {
         return NULL;
     }
     if (levels > MOST_LEVELS) {
@@ -391,6 +397,7 @@ static PyObject *native_new(PyTypeObject *type, PyObject *args, PyObject *names)
     if (self != NULL) {
         self->fixed = PyLong_AsVoidPtr(fixed);
         self->call = PyLong_AsVoidPtr(call);
+        self->context = PyLong_AsVoidPtr(context);
         self->vectorcall = native_call;
         self->k = k;
         self->n = n;

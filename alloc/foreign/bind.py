@@ -1,0 +1,197 @@
+"""A shared library that exports ``thrustbench_allocator.h``, called as generated C is, on copies in walls."""
+
+import ctypes
+from functools import partial
+from importlib import resources
+from pathlib import Path
+from types import ModuleType
+from typing import NamedTuple
+
+import numpy as np
+
+from alloc.allocation import Allocator
+from alloc.c.bind import native
+from alloc.c.compiled import STANDARD, missing, shared_library
+from alloc.errors import NotApplicable, NotInstalled, UnknownName
+from alloc.formulations import find_formulation
+from alloc.live.plain import ANY_DISTANCE
+from alloc.vehicle import Vehicle
+
+HEADER = "thrustbench_allocator.h"
+VERSION = 1
+SCALARS: dict[int, type[np.floating]] = {0x100 * VERSION + 8: np.float64, 0x100 * VERSION + 4: np.float32}
+"""Type of a library's numbers by what its ``tba_interface`` returns."""
+WALL, STONE = 4, -1.2345678e30
+"""How many numbers lie around each array that a library gets, and which number."""
+MOST = 200
+"""Most characters of a library's own text that are repeated."""
+
+
+class _Vehicle(ctypes.Structure):
+    _fields_ = (
+        ("size", ctypes.c_size_t),
+        ("k", ctypes.c_int),
+        ("n", ctypes.c_int),
+        *((name, ctypes.c_void_p) for name in ("T", "H", "readiness", "f_min", "f_max", "level")),
+        ("dof", ctypes.POINTER(ctypes.c_char_p)),
+        ("frame", ctypes.c_char_p),
+        ("name", ctypes.c_char_p),
+    )
+
+
+class _Promise(ctypes.Structure):
+    _fields_ = (
+        ("size", ctypes.c_size_t),
+        ("formulation", ctypes.c_char_p),
+        ("limited", ctypes.c_int),
+        ("tolerance", ctypes.c_double),
+    )
+
+
+class _Context(ctypes.Structure):
+    _fields_ = (
+        ("call", ctypes.c_void_p),
+        ("allocator", ctypes.c_void_p),
+        ("name", ctypes.c_char_p),
+        *((name, ctypes.c_int) for name in ("k", "n", "shares")),
+        ("room", ctypes.c_void_p),
+    )
+
+
+class Promise(NamedTuple):
+    """Promises of an allocator: the formulation, whether thrusts lie inside the limits, and the tolerance."""
+
+    formulation: str
+    limited: bool
+    tolerance: float
+
+
+def plugin(path: Path, rule: str) -> ModuleType:
+    """The library as a plug-in's module: ``build``, and its promises as a Python file would declare them.
+
+    ``rule`` is the formulation of a library that promises none. Raises UnknownName for one that can't be
+    loaded, lacks a function, or is of another version.
+    """
+    promise = _promised(_opened(path), rule)
+    module = ModuleType(f"thrustbench_library_{path.stem}", f"{path.name}, by {HEADER}.")
+    declared = {
+        "FORMULATION": promise.formulation,
+        "LIMITED": promise.limited,
+        "TOLERANCE": promise.tolerance,
+    }
+    vars(module).update(declared, FOREIGN=True, build=partial(bound, path, promise))
+    return module
+
+
+def bound(path: Path, promise: Promise, vehicle: Vehicle) -> Allocator:
+    """The library's allocator for a vehicle; raises NotApplicable, NotInstalled."""
+    if lacking := missing():
+        raise NotInstalled(f"{path}: {lacking}")
+    library = _opened(path)
+    scalar = SCALARS[library.tba_interface()]
+    way = find_formulation(promise.formulation).way
+    shares = len(way(vehicle).keep) if way else 0
+    numbers, room = (
+        _numbers(vehicle, scalar),
+        np.full(vehicle.k + 3 * vehicle.n + shares + 6 * WALL, STONE, dtype=scalar),
+    )
+    dof = (ctypes.c_char_p * vehicle.k)(*(axis.encode() for axis in vehicle.dof))
+    subject = _Vehicle(
+        ctypes.sizeof(_Vehicle), vehicle.k, vehicle.n,
+        *(values.ctypes.data for values in numbers),
+        dof, vehicle.frame.encode(), vehicle.name.encode(),
+    )  # fmt: skip
+    library.tba_prepare.restype = ctypes.c_void_p
+    reason = ctypes.c_char_p()
+    allocator = library.tba_prepare(ctypes.byref(subject), ctypes.byref(reason))
+    if not allocator:
+        raise NotApplicable(
+            f"{vehicle.name}: {path.name} refuses it: {_text(reason.value) or 'no reason given'}"
+        )
+    call = ctypes.cast(library.tba_call, ctypes.c_void_p).value
+    sizes = (vehicle.k, vehicle.n, shares)
+    context = _Context(call, allocator, path.name.encode(), *sizes, room.ctypes.data)
+    return native(
+        _caller(scalar is np.float32),
+        ("foreign_call", "foreign_call"),
+        vehicle,
+        context=ctypes.addressof(context),
+        needs=(library, subject, numbers, dof, room, context),
+        formulation=promise.formulation,
+        limited=promise.limited,
+        tolerance=promise.tolerance,
+        levels=shares,
+        state=True,
+    )
+
+
+def _opened(path: Path) -> ctypes.CDLL:
+    """The library; raises UnknownName."""
+    try:
+        library = ctypes.CDLL(str(path.absolute()))
+    except OSError as error:
+        said = " ".join(str(error).split())[:MOST]
+        raise UnknownName(
+            f"{path}: can't be loaded ({said}); build it for this machine, as {HEADER} says"
+        ) from None
+    if np.float64(np.finfo(float).tiny) * 0.5 == 0.0:
+        raise UnknownName(
+            f"{path}: turns subnormal numbers off in the whole process as it is loaded;"
+            " link it without -ffast-math"
+        )
+    for function in ("tba_interface", "tba_prepare", "tba_call"):
+        if not hasattr(library, function):
+            raise UnknownName(f"{path}: has no function {function}; export what {HEADER} declares")
+    if (version := library.tba_interface()) not in SCALARS:
+        raise UnknownName(
+            f"{path}: tba_interface() is {version:#x}, expected {' or '.join(map(hex, SCALARS))};"
+            f" return TBA_INTERFACE of this version's {HEADER}"
+        )
+    return library
+
+
+def _promised(library: ctypes.CDLL, rule: str) -> Promise:
+    """The library's promises; of one without, no more than a plain function in Python promises."""
+    promise = None
+    if hasattr(library, "tba_promises"):
+        library.tba_promises.restype = ctypes.POINTER(_Promise)
+        promise = library.tba_promises()
+    if not promise:
+        return Promise(rule, limited=False, tolerance=ANY_DISTANCE)
+    made = promise.contents
+    return Promise(_text(made.formulation) or rule, bool(made.limited), made.tolerance)
+
+
+def _numbers(vehicle: Vehicle, scalar: type[np.floating]) -> tuple[np.ndarray, ...]:
+    """T, H, readiness, f_min, f_max and levels as the library reads them; rounding widens no limit."""
+    low, high = vehicle.f_min.astype(scalar), vehicle.f_max.astype(scalar)
+    low = np.where(low < vehicle.f_min, np.nextafter(low, scalar(0)), low)
+    high = np.where(high > vehicle.f_max, np.nextafter(high, scalar(0)), high)
+    level = [next(i for i, axes in enumerate(vehicle.priority) if axis in axes) for axis in vehicle.dof]
+    floats = (vehicle.T, vehicle.H, vehicle.readiness)
+    return (
+        *(np.ascontiguousarray(values, dtype=scalar) for values in floats),
+        low,
+        high,
+        np.array(level, np.intc),
+    )
+
+
+def _caller(single: bool) -> Path:
+    """The library with ``foreign_call``, compiled once for each scalar."""
+    texts = {
+        name: (resources.files("alloc.foreign") / name).read_text(encoding="utf-8")
+        for name in ("call.c", HEADER)
+    }
+    flags = [
+        *STANDARD,
+        f"-DWALL={WALL}",
+        f"-DSTONES={','.join([f'(tba_real){STONE!r}'] * WALL)}",
+        *(["-DTBA_FLOAT"] if single else []),
+    ]
+    return shared_library("thrustbench_foreign", texts, flags)
+
+
+def _text(said: bytes | None) -> str:
+    """A library's text on one line; empty for none."""
+    return " ".join((said or b"").decode(errors="replace").split())[:MOST]

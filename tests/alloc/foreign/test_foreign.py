@@ -1,0 +1,256 @@
+"""Allocators behind ``thrustbench_allocator.h``: right ones answer as their own C does, others are named."""
+
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from alloc import NotApplicable, Status, Vehicle, build, generate, load_vehicle
+from alloc.allocation import FloatArray
+from alloc.c.compiled import missing
+from alloc.discovery import load_plugin, prepare
+from alloc.errors import UnknownName
+from alloc.program import Scalar
+from tests.compilers import needs, run
+
+pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
+FOREIGN = Path(__file__).parents[3] / "alloc" / "foreign"
+STRICT = ["-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Werror"]
+START = '#include "thrustbench_allocator.h"\n\nint tba_interface(void)\n{\n    return TBA_INTERFACE;\n}\n'
+PREPARE = """
+void *tba_prepare(const struct tba_vehicle *vehicle, const char **reason)
+{
+    *reason = vehicle->n > 4 ? "has more than\\n4 thrusters" : NULL;
+    return vehicle->n > 4 ? NULL : (void *)(size_t)vehicle;
+}
+"""
+CALL = """
+int tba_call(void *allocator, const struct tba_input *input, struct tba_output *output)
+{{
+    const struct tba_vehicle *vehicle = (const struct tba_vehicle *)allocator;
+    static int calls;
+    for (int i = 0; i < vehicle->n; i++) {{
+        output->f[i] = (tba_real)(0 * calls) * input->tau[0];
+    }}
+    calls++;
+    {}
+}}
+"""
+PROMISED = """
+const struct tba_promise *tba_promises(void)
+{{
+    static const struct tba_promise promise = {{sizeof promise, "{}", 1, 0.1}};
+    return &promise;
+}}
+"""
+RIGHT = START + PREPARE + CALL.format("return TBA_PARTIAL;")
+
+
+def compiled(folder: Path, text: str, *options: str, compiler: str = "gcc", name: str = "mine") -> Path:
+    """The library made of a C file."""
+    needs(compiler)
+    (folder / f"{name}.c").write_text(text, encoding="utf-8")
+    made = folder / f"{name}.so"
+    built = run(
+        [compiler, "-shared", "-fPIC", f"-I{FOREIGN}", "-I.", *options, f"{name}.c", "-o", str(made)], folder
+    )
+    assert built.returncode == 0, built.stderr[:2000]
+    return made
+
+
+@pytest.mark.parametrize(
+    ("compiler", "standard"), [("gcc", "c99"), ("clang", "c11"), ("g++", "c++11"), ("clang++", "c++17")]
+)
+@pytest.mark.parametrize("defined", [[], ["-DTBA_FLOAT"]])
+def test_the_header_is_c_and_c_plus_plus(
+    compiler: str, standard: str, defined: list[str], tmp_path: Path
+) -> None:
+    language = ["-xc++"] if "++" in compiler else []
+    text = RIGHT if language else RIGHT.replace("(void *)(size_t)vehicle", "(void *)vehicle")
+    compiled(tmp_path, text, *language, f"-std={standard}", *STRICT, *defined, compiler=compiler)
+
+
+def behind(vehicle: Vehicle, method: str, scalar: Scalar, folder: Path) -> Path:
+    """Our own C of a method, for one vehicle, as somebody's library."""
+    names = {}
+    for limits in ("fixed", "call"):
+        made = generate(vehicle, method, scalar=scalar, limits=limits, faults="none")  # type: ignore[arg-type]
+        for file, text in made.items():
+            if file.endswith(".c") and "/" not in file:
+                names[limits] = file.removesuffix(".c")
+            if "/" not in file:
+                (folder / file).write_text(text, encoding="utf-8")
+    formulation = {"nullspace": "hard"}.get(method, method)
+    tolerance = 2e-4 if scalar == "float" else 1e-7
+    share = ", output->share" if method == "scaled" else ""
+    includes = "".join(f'#include "{name}.c"\n' for name in names.values())
+    text = f"""{START}{includes}
+void *tba_prepare(const struct tba_vehicle *vehicle, const char **reason)
+{{
+    return (void)reason, (void *)vehicle;
+}}
+
+int tba_call(void *allocator, const struct tba_input *input, struct tba_output *output)
+{{
+    const struct tba_vehicle *vehicle = allocator;
+    const tba_real *f_min = input->f_min, *f_max = input->f_max;
+    if (f_min == NULL && sizeof(tba_real) == sizeof(double)) {{
+        return {names["fixed"]}(input->tau, -1, output->f{share});
+    }}
+    f_min = f_min == NULL ? vehicle->f_min : f_min; /* no wider in float than in double */
+    f_max = f_max == NULL ? vehicle->f_max : f_max;
+    return {names["call"]}(input->tau, f_min, f_max, -1, output->f{share});
+}}
+
+const struct tba_promise *tba_promises(void)
+{{
+    static const struct tba_promise promise = {{sizeof promise, "{formulation}", 1, {tolerance}}};
+    return &promise;
+}}
+"""
+    single = ["-DTBA_FLOAT"] if scalar == "float" else []
+    return compiled(folder, text, "-std=c99", "-O2", "-ffp-contract=off", *single)
+
+
+def demands(vehicle: Vehicle) -> FloatArray:
+    rng = np.random.default_rng(31)
+    return rng.normal(size=(200, vehicle.k)) * vehicle.wrench_scale * rng.uniform(0.1, 3.0, size=(200, 1))
+
+
+@pytest.mark.parametrize("method", ["clip", "nullspace", "scaled"])
+@pytest.mark.parametrize("name", ["ukwial", "bluerov2-heavy"])
+def test_our_own_c_behind_the_interface_answers_to_the_bit_as_it_does_alone(
+    method: str, name: str, tmp_path: Path
+) -> None:
+    vehicle = load_vehicle(name).with_fault(1)
+    foreign = prepare(load_plugin(behind(vehicle, method, "double", tmp_path)), vehicle)
+    alone = build(f"{method}@native", vehicle)
+    assert (foreign.formulation, foreign.limited) == (alone.formulation, alone.limited)
+    taus, half = demands(vehicle), 0.5 * vehicle.f_max
+    for limits in ((), (None, half), (-half, None), (np.minimum(0.1, 0.2 * half), half)):
+        expected, answers = ([each(tau, *limits) for tau in taus] for each in (alone, foreign))
+        assert [(a.status, a.share) for a in answers] == [(e.status, e.share) for e in expected]
+        F, statuses = foreign.many(taus, *limits)
+        np.testing.assert_array_equal(statuses, [e.status for e in expected])
+        for thrusts in (F, [a.f for a in answers]):
+            np.testing.assert_array_equal(thrusts, [e.f for e in expected])
+
+
+@pytest.mark.parametrize("method", ["nullspace", "scaled"])
+def test_a_library_in_single_precision_passes_no_limit(method: str, tmp_path: Path) -> None:
+    vehicle = replace(load_vehicle("bluerov2-heavy"), f_min=np.full(8, -40.2), f_max=np.full(8, 51.3))
+    foreign = prepare(load_plugin(behind(vehicle, method, "float", tmp_path)), vehicle)
+    alone = build(f"{method}@native", vehicle)
+    low, high = vehicle.f_min / 3, vehicle.f_max / 3
+    found = 0
+    for tau in demands(vehicle):
+        for limits in ((), (low, high)):
+            answer, expected = foreign(tau, *limits), alone(tau, *limits)
+            if answer.found and expected.found:
+                np.testing.assert_allclose(answer.f, expected.f, atol=2e-4 * vehicle.f_scale)
+                assert (answer.f >= (limits or (vehicle.f_min,))[0]).all()
+                assert (answer.f <= (limits or (0, vehicle.f_max))[1]).all()
+                found += 1
+    assert found > 20
+
+
+@pytest.mark.parametrize("name", ["ukwial", "tiburon", "bluerov2-heavy"])
+def test_the_file_to_start_from_is_clip(name: str, tmp_path: Path) -> None:
+    vehicle = load_vehicle(name).with_fault(0, 0.5)
+    text = (FOREIGN / "my_allocator.c").read_text(encoding="utf-8")
+    foreign = prepare(load_plugin(compiled(tmp_path, text, "-std=c99", "-O2", *STRICT)), vehicle)
+    F, statuses = foreign.many(demands(vehicle))
+    expected, known = build("clip", vehicle).many(demands(vehicle))
+    np.testing.assert_allclose(F, expected, atol=1e-9 * vehicle.f_scale)
+    np.testing.assert_array_equal(statuses, known)
+    assert {*statuses.tolist()} == {Status.SOLVED, Status.PARTIAL}
+
+
+def test_what_a_library_refuses_is_its_own_words_on_one_line(tmp_path: Path) -> None:
+    entry = load_plugin(compiled(tmp_path, RIGHT))
+    assert (entry.name, entry.formulation, entry.foreign) == ("mine", "mine", True)
+    assert prepare(entry, load_vehicle("ukwial"))([1.0, 0.0, 0.0]).status == Status.PARTIAL
+    with pytest.raises(NotApplicable, match=r"bluerov2: mine\.so refuses it: has more than 4 thrusters$"):
+        prepare(entry, load_vehicle("bluerov2"))
+
+
+def called_apart(library: Path) -> subprocess.CompletedProcess[str]:
+    """Three calls in a process of its own, which prints the last status and the thrusts."""
+    code = (
+        "import sys; from pathlib import Path; from alloc import load_vehicle;"
+        "from alloc.discovery import load_plugin, prepare;"
+        "allocate = prepare(load_plugin(Path(sys.argv[1])), load_vehicle('ukwial'));"
+        "answers = [allocate([1.0, 0.0, 0.0]) for _ in range(3)];"
+        "print(answers[-1].status.name, *answers[-1].f)"
+    )
+    command = [sys.executable, "-c", code, str(library)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize(
+    ("ending", "says"),
+    [
+        ("return TBA_SOLVED;", "SOLVED 0.0 0.0 0.0 0.0"),
+        ("return 17;", "NOT_CONVERGED nan nan nan nan"),
+        ("return -2;", "NOT_CONVERGED nan nan nan nan"),
+        ("output->f[4] = 1; return TBA_PARTIAL;", "mine.so: wrote beyond f; mend it"),
+        ("output->f[-1] = 1; return TBA_PARTIAL;", "mine.so: wrote beyond f_max; mend it"),
+        ("((tba_real *)input->tau)[3] = 1; return TBA_PARTIAL;", "mine.so: wrote beyond tau; mend it"),
+        ("((tba_real *)input->tau)[-2] = 1; return TBA_PARTIAL;", "mine.so: wrote before tau; mend it"),
+        (
+            "return fesetround(FE_UPWARD), TBA_PARTIAL;",
+            "mine.so: left the processor in another rounding mode",
+        ),
+        ("return fesetround(FE_TOWARDZERO), TBA_PARTIAL;", "mine.so: left the processor in another rounding"),
+    ],
+)
+def test_what_a_call_breaks_is_named(ending: str, says: str, tmp_path: Path) -> None:
+    text = "#include <fenv.h>\n" + START + PREPARE + CALL.format(ending)
+    done = called_apart(compiled(tmp_path, text, "-O1", "-lm"))
+    assert says in (done.stdout if done.returncode == 0 else done.stderr)
+    assert (done.returncode == 0) == ("mine.so" not in says)
+
+
+def test_an_answer_that_is_not_written_is_not_the_last_one(tmp_path: Path) -> None:
+    text = RIGHT.replace("i < vehicle->n", "calls < 1 && i < vehicle->n")
+    assert called_apart(compiled(tmp_path, text)).stdout == "PARTIAL nan nan nan nan\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "says"),
+    [
+        (RIGHT.replace("tba_call", "tba_answer"), [], r"has no function tba_call; export what thrustbench_a"),
+        (RIGHT.replace("return TBA_INT", "return 256 + TBA_INT"), [], r"is 0x208, expected 0x108 or 0x104; "),
+        (RIGHT + "void lacking(void);\nvoid other(void) { lacking(); }\n", ["-Wl,-z,now"], "can't be loaded"),
+        (RIGHT, ["-ffast-math"], "turns subnormal numbers off .*; link it without -ffast-math"),
+        (
+            RIGHT + PROMISED.format("scalled"),
+            [],
+            "the formulation 'scalled' is a letter or two from 'scaled'",
+        ),
+    ],
+)
+def test_a_library_that_is_none_is_refused_on_one_line(
+    text: str, options: list[str], says: str, tmp_path: Path
+) -> None:
+    library = compiled(tmp_path, text, *options)
+    last = called_apart(library).stderr.splitlines()[-1]
+    assert last.startswith(f"{UnknownName.__module__}.UnknownName: {library}: ")
+    assert re.search(says, last)
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (b"\x7fELF of another machine", "can't be loaded"),
+        (b"text", "can't be imported .*: file too short"),
+    ],
+)
+def test_a_file_that_is_no_library_is_refused(content: bytes, says: str, tmp_path: Path) -> None:
+    (tmp_path / "mine.so").write_bytes(content)
+    with pytest.raises(UnknownName, match=rf"mine\.so: {says}"):
+        load_plugin(tmp_path / "mine.so")
