@@ -61,7 +61,7 @@ def catalogue() -> tuple[Entry, ...]:
 
 
 def build(name: str, vehicle: Vehicle, *, start: str = "", level: str = "") -> Allocator:
-    """Prepare the method of that name for one vehicle.
+    """Prepare the method of that name, or in that file, for one vehicle.
 
     ``start`` (cold, reused, warm) and ``level`` (default, tight) choose among what the method's
     Entry offers; left empty, the method's own choice holds. Raises UnknownName, NotInstalled (with
@@ -84,10 +84,12 @@ def prepare(entry: Entry, vehicle: Vehicle, *, start: str = "", level: str = "")
 
 
 def find(name: str) -> Entry:
-    """The catalogue's entry of that name; raises UnknownName."""
+    """The catalogue's entry of that name, else the method in the file of that name; raises UnknownName."""
     for entry in catalogue():
         if entry.name == name:
             return entry
+    if (path := Path(name)).is_file():
+        return load_plugin(path)
     raise unknown("method", name, (entry.name for entry in catalogue()))
 
 

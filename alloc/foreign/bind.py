@@ -58,7 +58,7 @@ class _Context(ctypes.Structure):
     )
 
 
-class Promise(NamedTuple):
+class LibraryPromise(NamedTuple):
     """Promises of an allocator: the formulation, whether thrusts lie inside the limits, and the tolerance."""
 
     formulation: str
@@ -83,7 +83,7 @@ def plugin(path: Path, rule: str) -> ModuleType:
     return module
 
 
-def bound(path: Path, promise: Promise, vehicle: Vehicle) -> Allocator:
+def bound(path: Path, promise: LibraryPromise, vehicle: Vehicle) -> Allocator:
     """The library's allocator for a vehicle; raises NotApplicable, NotInstalled."""
     if lacking := missing():
         raise NotInstalled(f"{path}: {lacking}")
@@ -150,16 +150,16 @@ def _opened(path: Path) -> ctypes.CDLL:
     return library
 
 
-def _promised(library: ctypes.CDLL, rule: str) -> Promise:
+def _promised(library: ctypes.CDLL, rule: str) -> LibraryPromise:
     """The library's promises; of one without, no more than a plain function in Python promises."""
     promise = None
     if hasattr(library, "tba_promises"):
         library.tba_promises.restype = ctypes.POINTER(_Promise)
         promise = library.tba_promises()
     if not promise:
-        return Promise(rule, limited=False, tolerance=ANY_DISTANCE)
+        return LibraryPromise(rule, limited=False, tolerance=ANY_DISTANCE)
     made = promise.contents
-    return Promise(_text(made.formulation) or rule, bool(made.limited), made.tolerance)
+    return LibraryPromise(_text(made.formulation) or rule, bool(made.limited), made.tolerance)
 
 
 def _numbers(vehicle: Vehicle, scalar: type[np.floating]) -> tuple[np.ndarray, ...]:

@@ -20,7 +20,7 @@ Made = TypeVar("Made")
 @click.command()
 @click.argument("demands", type=PATH)
 @click.option("--vehicle", required=True, metavar="V", help="A shipped name or a YAML file.")
-@click.option("--method", required=True, metavar="M", help="As `thrustbench list` names it.")
+@click.option("--method", required=True, metavar="M", help="As `thrustbench list` names it, or a file.")
 @click.option(
     "--fault",
     "faults",
@@ -30,7 +30,7 @@ Made = TypeVar("Made")
 )
 @click.option("--start", default="", metavar="S", help="cold, reused or warm.")
 @click.option("--level", default="", metavar="L", help="default or tight.")
-@click.option("--plugin", "plugins", type=PATH, multiple=True, help="Python file that holds the method.")
+@click.option("--plugin", "plugins", type=PATH, multiple=True, help="File that holds the method.")
 @log_options
 @click.option("--names", is_flag=True, help="Head the thrusts' columns with the thrusters' names.")
 @click.option("--esc", is_flag=True, help="Commands of the ESCs too, and the wrench that they make.")
@@ -76,7 +76,9 @@ def command(
     from bench.results.text import harmless
 
     not_over(output, demands)
-    named = [file for file in plugins if file.stem.replace("_", "-") == method]  # as in the catalogue
+    if not plugins and Path(method).is_file():
+        plugins, method = (Path(method),), Path(method).stem.replace("_", "-")  # as in the catalogue
+    named = [file for file in plugins if file.stem.replace("_", "-") == method]
     plugin = next(iter([*named, *plugins]), None)
     answering = load_vehicle(vehicle)
     if esc and not answering.esc:

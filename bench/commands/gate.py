@@ -33,6 +33,7 @@ FILE = click.Path(dir_okay=False, path_type=Path)  # it may be in the two sides 
     help="Of the gate [s]; answers and counts are never cut short, times are.",
 )
 @click.option("--plugin", "plugins", type=FILE, multiple=True, help="Your method, as each side has it.")
+@click.option("--build", default="", metavar="COMMAND", help="Run in each side's folder first: make mine.so.")
 @click.option(
     "--vehicle", "vehicles", multiple=True, metavar="V", help="In place of ukwial and bluerov2-heavy."
 )
@@ -51,6 +52,7 @@ def command(
     pairs: int,
     budget: float,
     plugins: tuple[Path, ...],
+    build: str,
     vehicles: tuple[str, ...],
     instructions: bool,
     always: bool,
@@ -99,6 +101,7 @@ def command(
         patterns=chosen or patterns or DEFAULT_CELLS,
         plugins=plugins,
         vehicles={v: str(find_file(v).resolve()) for v in vehicles if v not in list_vehicles()},
+        build=build,
         always=always,
         count=instructions,
         tell=lambda what: echo(what, err=True),

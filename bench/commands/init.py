@@ -14,10 +14,17 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("name")
 @click.option("--like", default="", metavar="VEHICLE", help="Start from this one; else a few questions.")
-def command(name: str, like: str) -> None:
+@click.option(
+    "--language",
+    type=click.Choice(["python", "c"]),
+    default="python",
+    show_default=True,
+    help="Of the plug-in.",
+)
+def command(name: str, like: str, language: str) -> None:
     """Write files to start from: a vehicle, demands and a plug-in.
 
-    They are NAME.yaml, demands.csv and my_allocator.py.
+    They are NAME.yaml, demands.csv, and my_allocator.py, or my_allocator.c with its interface.
     """
     from alloc.errors import FileError
     from alloc.files.textfile import write_text
@@ -25,10 +32,9 @@ def command(name: str, like: str) -> None:
     from bench.inputs import starter
 
     name = starter.checked_name(name.removesuffix(".yaml"))
-    vehicle_file, demands, plugin = (
-        Path(file) for file in (f"{name}.yaml", "demands.csv", "my_allocator.py")
-    )
-    for file in (vehicle_file, demands, plugin):
+    vehicle_file, demands = Path(f"{name}.yaml"), Path("demands.csv")
+    methods = {Path(file): text for file, text in starter.plugin("My allocator", language).items()}
+    for file in (vehicle_file, demands, *methods):
         if file.exists():
             raise FileError("is there already, and nothing is replaced; go to another folder", path=file)
     keys = starter.like(name, read_document(find_file(like)).keys, like) if like else _asked(name)
@@ -36,12 +42,16 @@ def command(name: str, like: str) -> None:
     vehicle = build_vehicle(keys)
     write_text(vehicle_file, text)
     write_text(demands, starter.first_demands(vehicle))
-    write_text(plugin, starter.plugin("My allocator"))
+    for file, text in methods.items():
+        write_text(file, text)
+    source = next(iter(methods))
+    method = source.with_suffix(".so") if language == "c" else source
+    builds = f"cc -std=c99 -O2 -shared -fPIC {source} -o {method} && \\\n  " if language == "c" else ""
     echo(
         f"{vehicle_file}  the vehicle: put your own numbers in, then  thrustbench check {vehicle_file}\n"
         f"{demands}  each axis alone, then together:  thrustbench allocate --vehicle {vehicle_file}"
         f" --method nullspace {demands}\n"
-        f"{plugin}  a method of yours:  thrustbench run --vehicle {vehicle_file} --plugin {plugin}"
+        f"{source}  a method of yours:  {builds}thrustbench run --vehicle {vehicle_file} --plugin {method}"
         " --method nullspace --method pinv --quick"
     )
 

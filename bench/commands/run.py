@@ -1,15 +1,27 @@
 """``thrustbench run``."""
 
 from pathlib import Path
+from typing import Any
 
 import click
 
-from bench.commands import PATH, RUNS, Finite, latest_run, log_options, read_options, unread_output
+from bench.commands import (
+    PATH,
+    RUNS,
+    Finite,
+    files_apart,
+    latest_run,
+    log_options,
+    read_options,
+    unread_output,
+)
 
 
 @click.command()
 @click.option("--vehicle", "vehicles", multiple=True, metavar="V", help="A shipped name or a YAML file.")
-@click.option("--method", "methods", multiple=True, metavar="M", help="As in `thrustbench list`, or qp/*.")
+@click.option(
+    "--method", "methods", multiple=True, metavar="M", help="As in `thrustbench list`, qp/*, or a file."
+)
 @click.option("--demands", multiple=True, metavar="D", help="A set's name, a CSV, bag or ULog.")
 @click.option(
     "--fault",
@@ -38,7 +50,7 @@ from bench.commands import PATH, RUNS, Finite, latest_run, log_options, read_opt
     "plugins",
     multiple=True,
     metavar="FILE",
-    help="Python file with build(vehicle); alone, unless --method names others.",
+    help="Python file or library with a method; alone, unless --method names others.",
 )
 @click.option("--repeats", type=click.IntRange(1), help="Fresh processes a method [2].")
 @click.option("--seed", type=click.IntRange(0), help="Of demands and order [0].")
@@ -79,7 +91,7 @@ def command(
     frame: str | None,
     columns: str,
     scale: str,
-    **options: object,
+    **options: Any,
 ) -> int:
     """Time and judge every method, and write a report.
 
@@ -100,6 +112,7 @@ def command(
     if study and preset:
         raise click.UsageError("give one of --study, --quick and --all")
     console = Console()
+    options["methods"], options["plugins"] = files_apart(options["methods"], options["plugins"])
     options["faults"] = tuple(map(parse_fault, faults))
     options["log"] = read_options(topic, frame, columns, scale)
     settings = getattr(plan, study or preset or "default")()

@@ -171,6 +171,7 @@ def gate(
     patterns: Sequence[str] = DEFAULT_CELLS,
     plugins: tuple[Path, ...] = (),
     vehicles: Mapping[str, str] = MappingProxyType({}),
+    build: str = "",
     always: bool = False,
     count: bool = True,
     tell: Tell = lambda _: None,
@@ -179,9 +180,10 @@ def gate(
 
     ``plugins`` are users' methods, each taken as base and head have it, or as it lies where neither has it.
     Where neither side is a tree of this project, its plug-ins are measured with the installed ``alloc``.
-    ``vehicles`` are files of users' vehicles, by what their cells are called.
-    ``always`` measures although nothing that can matter differs; ``count`` allows instruction
-    counts; ``tell`` is called with a line about each stage. Raises BadTree for a side that can't be measured.
+    ``vehicles`` are files of users' vehicles, by what their cells are called. ``build`` is a command that
+    is run in the tree of each side first. ``always`` measures although nothing that can matter differs;
+    ``count`` allows instruction counts; ``tell`` is called with a line about each stage. Raises BadTree for a
+    side that can't be measured.
     """
     started = monotonic()
     record = GateRecord(base=base.label, head=head.label, settings=settings, machine=machine.describe())
@@ -191,6 +193,8 @@ def gate(
         unpack = trees.own if users else trees.unpack
         unpack(base, base_tree, plugins)
         unpack(head, head_tree, plugins)
+        for source, tree in ((base, base_tree), (head, head_tree)) if build else ():
+            trees.build(source.label, tree / source.start, build)
         files = trees.of_each_side(((base, base_tree), (head, head_tree)), plugins)
         both = (
             SourceTree(base_tree, plugins=files[0], vehicles=vehicles, source=base.path),

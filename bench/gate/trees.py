@@ -3,6 +3,7 @@
 import hashlib
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -63,6 +64,10 @@ class Source(NamedTuple):
     start: Path = Path()
 
 
+BUILD_S = 600.0
+"""Longest time that building a side's plug-ins may take [s]."""
+
+
 class SourceTree(NamedTuple):
     """One side, ready to run.
 
@@ -117,6 +122,22 @@ def own(source: Source, into: Path, files: Sequence[Path]) -> None:
     if (into / "alloc").exists():
         raise BadTree(f"{source.label}: has an 'alloc' that is none of this project's; rename it")
     shutil.copytree(Path(alloc.__file__).parent, into / "alloc", ignore=COMPILED)
+
+
+def build(label: str, tree: Path, command: str) -> None:
+    """Run the command that builds a side's plug-ins in its tree; raises BadTree where it fails."""
+    try:
+        done = subprocess.run(
+            shlex.split(command), cwd=tree, capture_output=True, text=True, errors="replace", timeout=BUILD_S
+        )
+        said = (done.stderr.strip() or done.stdout.strip()).splitlines()
+        why = f"exit code {done.returncode}: {said[-1] if said else 'no message'}" if done.returncode else ""
+    except subprocess.TimeoutExpired:
+        why = f"ran for longer than {BUILD_S:g} s"
+    except (OSError, ValueError) as error:
+        why = str(error)
+    if why:
+        raise BadTree(f"{label}: --build {command!r} failed ({why}); mend it, or the tree")
 
 
 def of_each_side(

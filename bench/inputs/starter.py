@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from importlib.resources import files
 
 import msgspec
 import numpy as np
@@ -165,9 +166,13 @@ def first_demands(vehicle: Vehicle) -> str:
     return frame_comment(vehicle.frame) + csv_text(("t", *vehicle.dof), rows)
 
 
-def plugin(words: str) -> str:
-    """The text of a plug-in whose build returns a plain function."""
-    return PLUGIN.format(words=words)
+def plugin(words: str, language: str = "python") -> dict[str, str]:
+    """The files of a method to start from, a plain function or a C library, as {file name: text}."""
+    if language == "c":
+        folder = files("alloc.foreign")
+        names = ("my_allocator.c", "thrustbench_allocator.h")
+        return {name: (folder / name).read_text(encoding="utf-8") for name in names}
+    return {"my_allocator.py": PLUGIN.format(words=words)}
 
 
 def checked_name(name: str) -> str:
