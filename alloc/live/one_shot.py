@@ -8,7 +8,7 @@ import numpy as np
 from alloc.allocation import FloatArray, Status
 from alloc.errors import NotInstalled, SolverError
 from alloc.qp import QP
-from alloc.solvers import Answer, Solve
+from alloc.solvers import Answer, Solve, highs
 
 CAPS: dict[str, dict[str, Any]] = {"proxqp": {"max_iter": 200}}
 """By solver, the cap that its defaults lack: ProxQP's 10,000 iterations take 20 s for infeasible demands."""
@@ -22,6 +22,8 @@ def one_shot(qp: QP, solver: str) -> Solve:
     solvers share. Raises NotInstalled for a solver that qpsolvers can't load; the function returned raises
     SolverError where qpsolvers calls the solver in a way that the solver does not know.
     """
+    if solver == "highs":
+        highs.silent_binding()
     from qpsolvers import Problem, available_solvers, dense_solvers, solve_problem
     from scipy.sparse import csc_matrix
 

@@ -1,7 +1,8 @@
 """HiGHS: primal active set for convex QPs inside a linear programming code, in C++."""
 
+import os
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,9 @@ from alloc.solvers import TIME_LIMIT_S, Answer, Level, Solve, Start, disbelieved
 REQUIRES = PACKAGE = "highspy"
 ALGORITHM = "primal active set"
 LICENCE = "MIT"
-STARTS: tuple[Start, ...] = ("cold", "reused")  # a guess changes no iteration of HiGHS's QP code
+# Not "warm": HiGHS takes a solution or a basis, and its QP code goes through the same iterations as without,
+# whether qp_allow_hot_start is on or off, its default since 1.15 (docs/solvers.md).
+STARTS: tuple[Start, ...] = ("cold", "reused")
 
 _QUIET = {"output_flag": False, "qp_iteration_limit": 10_000, "threads": 1}
 SETTINGS: dict[Level, dict[str, Any]] = {
@@ -57,9 +60,33 @@ STATUS = {
 }
 
 
+@cache
+def silent_binding() -> Any:
+    """The module ``highspy``, its banner written.
+
+    Since 1.16 a process's first object writes two lines to stdout before any option can be set. That is where
+    a command writes its table, so these lines go nowhere.
+    """
+    import highspy
+
+    try:
+        stdout = os.dup(1)
+    except OSError:  # closed: there is nowhere to write to
+        highspy.Highs()  # type: ignore[no-untyped-call]  # its constructor alone has no types
+        return highspy
+    try:
+        with open(os.devnull, "wb") as nowhere:
+            os.dup2(nowhere.fileno(), 1)
+        highspy.Highs()  # type: ignore[no-untyped-call]  # as above
+    finally:
+        os.dup2(stdout, 1)
+        os.close(stdout)
+    return highspy
+
+
 def prepare(qp: QP, start: Start, level: Level) -> Solve:
     """Bounds become column bounds and A x = b row bounds; only these change."""
-    import highspy
+    highspy = silent_binding()
     from scipy.sparse import csc_matrix
 
     p, m = qp.A.shape
@@ -85,7 +112,7 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     def set_up(b: FloatArray) -> Any:
         lp.row_lower_ = lp.row_upper_ = b
         lp.col_lower_, lp.col_upper_ = low, high
-        model = highspy.Highs()  # type: ignore[no-untyped-call]  # its constructor alone has no types
+        model = highspy.Highs()
         for key, value in SETTINGS[level].items():
             model.setOptionValue(key, value)
         model.passModel(problem)

@@ -19,6 +19,7 @@ from scipy.sparse import csc_matrix
 from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.program import Node
+from alloc.solvers.highs import silent_binding
 from bench.proof.source import NotRead
 
 Shares = frozenset[Node]
@@ -200,11 +201,11 @@ class _Model:
     def __init__(self, A: FloatArray) -> None:
         """One row more, for what is held at 1."""
         try:
-            import highspy
+            highspy = silent_binding()
         except ImportError:
             raise NotRead("needs highspy: pip install 'thrustbench[prove]'") from None
         self.A, (m, n) = A, A.shape
-        self._highs = highspy.Highs()  # type: ignore[no-untyped-call]  # its constructor alone has no types
+        self._highs = highspy.Highs()
         for name, value in (("output_flag", False), ("threads", 1), ("presolve", "off")):
             self._highs.setOptionValue(name, value)
         lp, matrix = highspy.HighsLp(), csc_matrix(np.vstack([A, np.ones(n)]))

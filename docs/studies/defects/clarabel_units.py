@@ -19,5 +19,5 @@ taus = uniform_demands(vehicle, np.random.default_rng(2004), 100)
 for scaled in (False, True):
     posed = pose_hard(vehicle, scaled)
     solve = clarabel.prepare(posed.qp, "cold", "default")
-    statuses = [solve(posed.b_of_tau @ tau).status for tau in taus]
+    statuses = [solve(posed.b_of_tau @ tau, posed.qp.lb, posed.qp.ub).status for tau in taus]
     print(statuses.count(Status.INFEASIBLE), "of 100 attainable demands called infeasible")

@@ -2,6 +2,8 @@
 
 What it prints, and how it ends::
 
+    Running HiGHS 1.16.0 (git hash: f3f113d): Copyright (c) 2026 under MIT licence terms
+    Includes third-party software components, see THIRD_PARTY_NOTICES.md for full details
     run 112 HighsModelStatus.kTimeLimit
     exit code 0
 """

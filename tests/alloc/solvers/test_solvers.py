@@ -1,5 +1,7 @@
 """Solvers, each called live: their answers are judged by equations, whatever status they claim."""
 
+import subprocess
+import sys
 from collections import Counter
 from itertools import product
 
@@ -13,7 +15,7 @@ from alloc.formulations import Family
 from alloc.qp import QP, pose_hard
 from alloc.qp.certificate import certify_many
 from alloc.reach.attainable import alpha_range
-from bench.demands.generated import asked, inside, vehicle_of
+from bench.demands.generated import inside, vehicle_of
 from bench.demands.sets.jolts import within
 from tests.vehicles import made_up
 
@@ -183,14 +185,34 @@ def test_a_solver_that_calls_an_attainable_demand_infeasible_is_not_believed(
 
 
 @pytest.mark.skipif(solvers.missing("highs") != "", reason="needs highspy")
-def test_what_highs_calls_optimal_is_not_believed_where_its_multipliers_deny_it() -> None:
-    """Thrusts for this demand lie 78 % of a limit from the optimum, with multipliers of zero."""
-    vehicle, rng = vehicle_of(2705)
-    taus = asked(vehicle, rng)[0].taus
+def test_what_highs_calls_optimal_is_not_believed_where_its_multipliers_deny_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """HiGHS 1.15.1 gave thrusts 78 % of a limit from an optimum, with multipliers of zero: planted here."""
+    import highspy
+
+    allocate, taus = build("qp/highs", VEHICLE), demands(2705, 3)
+    assert set(allocate.many(taus)[1]) == {Status.SOLVED}
+
+    def without_multipliers(model: highspy.Highs) -> highspy.HighsSolution:
+        solution = original(model)
+        solution.row_dual, solution.col_dual = [0.0] * 3, [0.0] * 4
+        return solution
+
+    original = highspy.Highs.getSolution
+    monkeypatch.setattr(highspy.Highs, "getSolution", without_multipliers)
     solvers.disbelieved.clear()
-    _, status = build("qp/highs", vehicle).many(taus[:3])
-    assert status.tolist() == [Status.SOLVED, Status.NOT_CONVERGED, Status.SOLVED]
-    assert solvers.disbelieved == {"highs: optimal, which its multipliers deny": 1}
+    assert set(allocate.many(taus)[1]) == {Status.NOT_CONVERGED}
+    assert solvers.disbelieved == {"highs: optimal, which its multipliers deny": 3}
+
+
+@pytest.mark.skipif(solvers.missing("highs") != "", reason="needs highspy")
+@pytest.mark.parametrize("method", ["qp/highs", "qpsolvers/highs"])
+def test_highs_writes_no_banner_where_a_command_writes_its_table(method: str) -> None:
+    """HiGHS 1.16 writes two lines to stdout at a process's first object, before an option can be set."""
+    call = f"from alloc import build, load_vehicle; build({method!r}, load_vehicle('ukwial'))([10, 5, 1])"
+    done = subprocess.run([sys.executable, "-c", call], check=True, capture_output=True, text=True)
+    assert done.stdout == ""
 
 
 @pytest.mark.parametrize("said", [Status.INFEASIBLE, Status.NOT_CONVERGED])
@@ -363,3 +385,22 @@ def test_daqp_takes_thrusters_whose_limits_leave_them_one_thrust(start: str) -> 
         np.testing.assert_allclose(solved.f, [0.5, 1.0], rtol=0, atol=1e-9)
         assert allocate([0.5, 0.5]).status is Status.INFEASIBLE
         assert allocate([3.0, 1.0]).status is Status.INFEASIBLE
+
+
+@pytest.mark.parametrize("full", [False, True], ids=["diagonal", "full"])
+@pytest.mark.parametrize("k", [3, 5, 6])
+def test_daqp_answers_alike_where_it_eliminates_equations_and_where_it_does_not(k: int, full: bool) -> None:
+    """From 0.9 on DAQP eliminates equations beforehand where there are more than five and H is full."""
+    rng = np.random.default_rng(k)
+    root = rng.normal(size=(8, 8))
+    H = np.eye(8) + full * root @ root.T / 8
+    vehicle = made_up(rng.normal(size=(k, 8)), H=H)
+    low = rng.uniform(-100, -50, (30, 8))
+    high = rng.uniform(50, 100, (30, 8))
+    taus = rng.uniform(low, high) @ vehicle.T.T * rng.choice([1.0, 1.0, 3.0], (30, 1))
+    exact, wanted = build("nullspace", vehicle).many(taus, low, high)
+    assert set(wanted) == {Status.SOLVED, Status.INFEASIBLE}
+    for start in solvers.load("daqp").STARTS:
+        F, status = build("qp/daqp", vehicle, start=start).many(taus, low, high)
+        assert status.tolist() == wanted.tolist()
+        np.testing.assert_allclose(F, exact, rtol=0, atol=1e-7)
