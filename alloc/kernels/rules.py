@@ -1,6 +1,8 @@
 """The practical rules: T* tau, mended where it lies beyond limits, and whether it makes tau still."""
 
 from collections.abc import Callable, Mapping
+from functools import reduce
+from operator import add
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -11,7 +13,7 @@ from alloc.closed_forms.inverse import generalized_inverse
 from alloc.kernels import off
 from alloc.kernels.entry import SeenArguments, all_thrusters, closed_form, cover, inside, refuse
 from alloc.kernels.tolerance import MET, met_as_calculated
-from alloc.program import Builder, Expression, Program, Scalar, States, Where, least, most, select
+from alloc.program import Builder, Expression, Program, Scalar, States, Where, select, size
 from alloc.program.graph import lifted
 from alloc.program.sums import Terms, product, shared_sums, signed
 from alloc.vehicle import Vehicle
@@ -97,11 +99,15 @@ def units(builder: Builder, hidden: float = 0.0) -> FloatArray:
 
 
 def none_missed(builder: Builder, rows: list[Terms], at_most: float = 1.0) -> Expression:
-    """The condition that no row of T f - tau, in these ``units``, misses more than it may."""
+    """The condition that the rows of T f - tau, in these ``units``, miss no more together than one row may.
+
+    A sum, since NaN and infinity of any row stay in it and fail the comparison: a maximum drops NaN, which
+    rows are where products with tau overflow. And a sum costs less.
+    """
     missed = [signed(row).named(f"missed{r}") for r, row in enumerate(rows) if row]
     if not missed:
         return lifted(0.0, builder.graph) <= 1.0
-    condition: Expression = most(most(*missed), -least(*missed)) <= at_most
+    condition: Expression = reduce(add, map(size, missed)) <= at_most
     return condition.named("met")
 
 
