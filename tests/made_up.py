@@ -15,6 +15,7 @@ from bench.record import (
     Judged,
     Key,
     Line,
+    Loss,
     Method,
     Problem,
     Served,
@@ -145,6 +146,13 @@ def served(method: str, share: int, n: int = 100, **changes: Any) -> Served:
     """Share of n demands that a method serves."""
     return msgspec.structs.replace(
         Served(fault=None, method=method, n_demands=n, within_1pct=share, within_5pct=share), **changes
+    )
+
+
+def loss(n: int, missed: float, **changes: Any) -> Loss:
+    """Worst of n demands that all got thrusts."""
+    return msgspec.structs.replace(
+        Loss(n_demands=n, n_answers=n, missed_max=missed, turned_max_deg=100 * missed), **changes
     )
 
 

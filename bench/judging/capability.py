@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 from math import isfinite
 from typing import NamedTuple, cast
 
@@ -21,11 +22,11 @@ from alloc.reach.volumes import (
 )
 from bench.demands import DemandSet, along_axes, build_demands, labelled
 from bench.demands.store import Case
-from bench.judging.judge import judge
+from bench.judging.judge import judge, rounded
 from bench.judging.last_metre import last_metre
-from bench.judging.loss import relative_wrench_error
+from bench.judging.loss import direction_error_deg, relative_wrench_error
 from bench.judging.question import Answers, Ask, Question, Unanswered, questions
-from bench.record import SERVED_WITHIN, Authority, Capability, Curve, Plane, Served, Unserved
+from bench.record import SERVED_WITHIN, Authority, Capability, Curve, Loss, Plane, Served, Unserved
 
 PLANES = (("surge", "sway", "yaw"), ("surge", "yaw", "sway"))
 """The two axes of each section, and the third that is held. A vehicle under way needs thrust ahead and
@@ -169,6 +170,37 @@ N_DEMANDS = 2000
 """Demands a share is counted on: its 95 % interval is at most 4.4 points wide."""
 
 
+CORNERS = 1024
+"""Most wrenches of thrusters at their limits that are gone through: those of ten thrusters."""
+
+
+def limit_wrenches(vehicle: Vehicle) -> FloatArray:
+    """Wrenches (M, k) of thrusters that all stand at a limit: each corner of the attainable set is one.
+
+    Empty where they are more than CORNERS.
+    """
+    moves = np.flatnonzero((vehicle.f_max > vehicle.f_min) & vehicle.TP.any(axis=0))
+    if 2 ** len(moves) > CORNERS:
+        return np.zeros((0, vehicle.k))
+    thrusts = np.tile(vehicle.f_min, (2 ** len(moves), 1))
+    thrusts[:, moves] = np.array(list(product(*zip(vehicle.f_min[moves], vehicle.f_max[moves], strict=True))))
+    wrenches: FloatArray = thrusts @ vehicle.TP.T
+    return wrenches
+
+
+def worst_loss(vehicle: Vehicle, taus: FloatArray, F: FloatArray) -> Loss:
+    """Worst of thrusts F (N, n) for demands (N, k) that can be met."""
+    missed = np.nan_to_num(relative_wrench_error(vehicle, taus, F), nan=1.0)
+    turned = direction_error_deg(vehicle, taus, F)
+    known = turned[~np.isnan(turned)]
+    return Loss(
+        n_demands=len(taus),
+        n_answers=int(np.isfinite(F).all(axis=1).sum()),
+        missed_max=rounded(float(missed.max())),
+        turned_max_deg=rounded(float(known.max())) if known.size else None,
+    )
+
+
 class CapabilityQuestions(NamedTuple):
     """Questions to the methods about one vehicle.
 
@@ -178,17 +210,20 @@ class CapabilityQuestions(NamedTuple):
     plain : the same, each with no demand at all and demands on one and two axes: they are what a vehicle
         is asked most, and none is drawn by chance. Answers are checked and not counted
     growing : demands of growing size on the whole vehicle
+    corners : ``limit_wrenches`` of the whole vehicle; None where there are none
     """
 
     states: list[tuple[int | None, Question]]
     plain: list[tuple[int | None, Question]]
     growing: Case
+    corners: Case | None
 
     @property
     def cases(self) -> list[Case]:
-        """The cases of the states, those that are checked only, then the growing one."""
+        """The cases of the states, those that are checked only, then the growing one and the corners."""
         sets = [question.demands for _, question in (*self.states, *self.plain)]
-        return [*(Case(demands.vehicle, demands.taus) for demands in sets), self.growing]
+        last = [self.growing] if self.corners is None else [self.growing, self.corners]
+        return [*(Case(demands.vehicle, demands.taus) for demands in sets), *last]
 
 
 def measure_capabilities(
@@ -225,12 +260,14 @@ def _asked(vehicle: Vehicle, seed: int, n: int) -> CapabilityQuestions:
         for state in states.values()
     ]
     plain = [labelled("on one axis or two", state, along_axes(state, AXES)) for state in states.values()]
+    ends = limit_wrenches(vehicle)
     # What is wrong is found without an optimum, so no reference is asked.
     asked = questions([*sets, *plain], lambda _, cases: [Unanswered("missing", "")] * len(cases))
     return CapabilityQuestions(
         list(zip(states, asked[: len(states)], strict=True)),
         list(zip(states, asked[len(states) :], strict=True)),
         Case(vehicle, demands_of_growing_size(vehicle, np.random.default_rng(seed))),
+        Case(vehicle, ends) if len(ends) else None,
     )
 
 
@@ -258,6 +295,7 @@ def _add(
             reason = f"{off}{answer.reason}"
             capability.unserved.append(Unserved(method=method, status=answer.status, reason=reason))
             return
+    of_corners = answers.pop() if asked.corners else None
     *of_states, of_growing = answers
     for (fault, question), answer in zip((*asked.states, *asked.plain), of_states, strict=True):
         if isinstance(answer, Answers) and (wrong := _wrong(question, answer)):
@@ -267,6 +305,9 @@ def _add(
         if isinstance(answer, Answers):
             vehicle, taus = question.demands.vehicle, question.demands.taus
             error = relative_wrench_error(vehicle, taus, answer.F)
+            corners = None
+            if fault is None and asked.corners and isinstance(of_corners, Answers):
+                corners = worst_loss(vehicle, asked.corners.taus, of_corners.F)
             capability.served.append(
                 Served(
                     fault=fault,
@@ -274,6 +315,8 @@ def _add(
                     n_demands=len(taus),
                     within_1pct=int(np.count_nonzero(error <= SERVED_WITHIN)),
                     within_5pct=int(np.count_nonzero(error <= 0.05)),
+                    sample=worst_loss(vehicle, taus, answer.F),
+                    corners=corners,
                 )
             )
     if isinstance(of_growing, Answers):

@@ -213,7 +213,23 @@ class Authority(msgspec.Struct, kw_only=True):
     axis_max: list[float | None]
 
 
-class Served(msgspec.Struct, kw_only=True):
+class Loss(msgspec.Struct, kw_only=True):
+    """Worst of a method over a set of demands that can be met.
+
+    Attributes
+    ----------
+    n_demands, n_answers : demands asked, and those that got thrusts
+    missed_max : largest share of a demand's wrench that is not delivered, 1 without thrusts [-]
+    turned_max_deg : largest angle between delivered and demanded wrench; None where none has a direction
+    """
+
+    n_demands: int
+    n_answers: int
+    missed_max: float
+    turned_max_deg: float | None
+
+
+class Served(msgspec.Struct, kw_only=True, omit_defaults=True):
     """How much of the attainable set a method serves, counted on demands that are uniform in volume.
 
     Attributes
@@ -222,6 +238,9 @@ class Served(msgspec.Struct, kw_only=True):
     method : its name
     n_demands : demands asked
     within_1pct, within_5pct : demands delivered with a relative wrench error of at most that much
+    sample : the worst of these demands; None in records from before it was kept
+    corners : the worst wrench of thrusters that all stand at a limit, the corners of the attainable set among
+        them; None after a failure, where they are too many to go through, and in records from before
     """
 
     fault: int | None
@@ -229,6 +248,8 @@ class Served(msgspec.Struct, kw_only=True):
     n_demands: int
     within_1pct: int
     within_5pct: int
+    sample: Loss | None = None
+    corners: Loss | None = None
 
 
 class Unserved(msgspec.Struct, kw_only=True):

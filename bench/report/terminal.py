@@ -19,8 +19,8 @@ from bench.report.sections.losses import sequence_table, sequences, title
 from bench.report.verdict import cut_log_notes, opening_loop, rate_note, trust_note, verdicts
 from bench.results.columns import Row
 from bench.results.quantiles import largest
-from bench.results.ranking import largest_miss, served_share, uncounted_methods
-from bench.results.rows import Run, read_run, sort_sets
+from bench.results.ranking import ROUNDING, largest_miss, served_share, uncounted_methods
+from bench.results.rows import Run, count_answers, read_run, sort_sets
 from bench.results.size import best_of_each, rank_labels
 from bench.results.sizing import sizes
 from bench.results.text import number_range, three
@@ -140,6 +140,9 @@ def _verdict(rows: list[Row]) -> str:
     """Agreement of the answers with the reference: which are wrong, and which could not be measured."""
     verdicts = [judged.agrees for row in rows for judged in row.measured.judged if judged.agrees is not None]
     agreement = "-" if not verdicts else "yes" if all(verdicts) else f"no, {verdicts.count(False)}x"
+    known = [row for row in rows if not row.failed and row.answered_share is not None]
+    if verdicts and any((row.answered_share or 0.0) < row.measured.attainable - ROUNDING for row in known):
+        agreement += f" of {count_answers(known)} answered"
     failures = Counter(row.failed.status for row in rows if row.failed)
     # What is wrong on another set is counted there, and what is too far off is no agreement.
     counted = (row for row in rows if row.wrong not in ("", FARTHER, row.measured.wrong_on_others))

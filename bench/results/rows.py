@@ -259,6 +259,13 @@ def sort_sets(sets: Iterable[str]) -> list[str]:
     return sorted(sets, key=lambda name: (SETS.index(name) if name in SETS else len(SETS), name))
 
 
+def count_answers(rows: Iterable[Row]) -> str:
+    """Demands that got thrusts, of how many asked, ``20 of 60``; empty where it is not known."""
+    known = [(row.n_demands, row.answered_share) for row in rows]
+    asked = sum(n for n, share in known if share is not None)
+    return f"{sum(round(n * share) for n, share in known if share is not None)} of {asked}" if asked else ""
+
+
 def read_run(directory: Path) -> Run:
     """The run in a folder; raises RecordError where there is no readable record."""
     record = read(directory)

@@ -36,6 +36,7 @@ def _vehicle(capability: Capability, drawn: frozenset[str]) -> list[str]:
         f"### {plain(name)}\n",
         _authority(capability),
         *_warnings(capability),
+        *_flat(capability),
         _served(capability),
         *(f"{plain(line)}.\n" for line in uncounted_methods(capability)),
         picture(
@@ -88,6 +89,26 @@ def _warnings(capability: Capability) -> list[str]:
             f"**Nearly singular** with thruster {names} off: full rank on paper, hardly any thrust in it.\n"
         )
     return warnings
+
+
+SETS_OF_RANK = ("a point", "a line", "a plane")
+"""What is left of an attainable set of rank 0, 1 and 2."""
+
+
+def _flat(capability: Capability) -> list[str]:
+    """A sentence for each rank below the number of axes: of what closed form and served are shares."""
+    by_rank: dict[int, list[str]] = {}
+    for a in capability.authority:
+        if a.rank < len(capability.dof):
+            by_rank.setdefault(a.rank, []).append(_off(capability, a.fault))
+    lines = []
+    for rank, off in sorted(by_rank.items()):
+        what = SETS_OF_RANK[rank] if rank < len(SETS_OF_RANK) else f"a set of {rank} dimensions"
+        when = "" if "none" in off else f" without thruster {plain(' or '.join(off))}"
+        lines.append(
+            f"*Closed form*, *safe* and *served*{when} are shares of {what}: no more can be pushed.\n"
+        )
+    return lines
 
 
 def _served(capability: Capability) -> str:

@@ -10,7 +10,7 @@ from bench.report.verdict import NOISY_SHARE, cut_log_notes
 from bench.results.columns import Row
 from bench.results.quantiles import group, largest
 from bench.results.ranking import has_wrong_answer, objection
-from bench.results.rows import Run
+from bench.results.rows import Run, count_answers
 from bench.results.text import percent, plain, table, three
 
 
@@ -185,14 +185,23 @@ def agreement(run: Run, drawn: frozenset[str]) -> str:
 
 
 def _agreement(rows: list[Row]) -> str:
+    asked = group(rows, attrgetter("label"))
     by_label = group((row for row in rows if row.agreed is not None), attrgetter("label"))
     lines = []
     for label, own in sorted(by_label.items()):
         agreeing = f"{sum(row.agreed is True for row in own)} of {len(own)}"
         columns = ("distance_relative", "tolerance", "gap_relative")
         worst = [three(largest(map(attrgetter(name), own))) for name in columns]
-        lines.append([label, own[0].formulation, agreeing, *worst])
-    headers = ("method", "answers", "rows that agree", "largest distance", "promised", "largest duality gap")
+        lines.append([label, own[0].formulation, agreeing, count_answers(asked[label]), *worst])
+    headers = (
+        "method",
+        "answers",
+        "rows that agree",
+        "demands answered",
+        "largest distance",
+        "promised",
+        "largest duality gap",
+    )
     return table(headers, lines) if lines else ""
 
 

@@ -1,28 +1,32 @@
 """Report sections on wrenches lost: by rules and closed forms, within moving limits, after a failure."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from alloc.allocation import WRENCH_TOLERANCE
-from alloc.formulations.scaled import FORMULATION as SCALED
-from bench.record import Problem
+from bench.record import Problem, Served
 from bench.results.columns import Row
 from bench.results.quantiles import largest
 from bench.results.ranking import best_rows, largest_loss
-from bench.results.rows import Run
+from bench.results.rows import Run, count_answers
 from bench.results.text import percent, plain, table, three
 
 LOSSES = """## What you lose
 
-*Delivered* is the wrench that the thrusters push once each is clipped to its limits, whatever they were
-told. *Lost* is the share of the demanded wrench that is not delivered, each axis over the length of its row
-of T times the largest limit: median and worst over each set's demands. *Turn* is the largest angle between
-the two, *beyond limits* the share of answers that ask for more than a thruster has, *effort* the largest f'Hf
-above the optimum's where the wrench is met.
+*Answered* is how many of all demands asked here got thrusts. *Delivered* is the wrench that the thrusters
+push once each is clipped to its limits, whatever they were told. *Lost* is the share of the demanded wrench
+that is not delivered, each axis over the length of its row of T times the largest limit: median and worst
+over each set's demands, and worst over those *drawn* evenly from what the vehicle can do. *Turn* is the
+largest angle between the two, *beyond limits* the share of answers that ask for more than a thruster has,
+*effort* the largest f'Hf above the optimum's where the wrench is met.
 """
 
 
+MOST = 6
+"""Most names in a table's cell; more stand below the table."""
+
+
 def losses(run: Run, drawn: frozenset[str]) -> str:
-    """A table for each vehicle; methods that lose nothing on any set are named in a sentence below it."""
+    """A table for each vehicle, a line for every method; below it those that lose nothing, and of what."""
     parts = [part for vehicle in run.vehicles for part in _vehicle(run, vehicle)]
     return "\n".join([LOSSES, *parts]) if parts else ""
 
@@ -33,39 +37,97 @@ def _vehicle(run: Run, vehicle: str) -> list[str]:
     # On inactive demands the closed forms are the optimum, so no method loses anything by design.
     hard = [name for name in asked if name != "inactive"] or asked
     leading = [name for name in run.leading_sets(vehicle) if name in hard] or hard[:1]
-    rows = [
-        row for name in leading for row in best_rows(run, vehicle, name) if row.lost_wrench_max is not None
-    ]
-    shown = list({row.label: row for row in reversed(rows)}.values())[::-1]
+    shown: dict[str, Row] = {}
+    for name in leading:
+        shown.update({row.label: row for row in best_rows(run, vehicle, name) if row.label not in shown})
+    for name in asked:  # a method may have no time on the first
+        known = {row.method for row in shown.values()}
+        shown.update({row.label: row for row in best_rows(run, vehicle, name) if row.method not in known})
 
     def kept(label: str, sets: list[str]) -> bool:
         return all(_keeps(by_set[name].get(label)) for name in sets if name != "infeasible")
 
-    keeping = [row.label for row in shown if kept(row.label, asked)]
+    keeping = [row for row in shown.values() if kept(row.label, asked)]
     # One that gives up on easy demands alone would have a row without a loss.
-    sets = asked if any(kept(row.label, hard) and row.label not in keeping for row in shown) else hard
-    losing = [row for row in shown if row.label not in keeping or row.formulation == SCALED.name]
+    sets = asked if any(kept(row.label, hard) and row not in keeping for row in shown.values()) else hard
+    counted = {row.label: _served(run, row) for row in shown.values()}
+    n_drawn = max(
+        (served.sample.n_demands for served in counted.values() if served and served.sample), default=0
+    )
     lines: dict[tuple[str, ...], list[Row]] = {}  # methods that lose the same share a line
-    for row in losing:
+    for row in shown.values():
         alike = [other for name in leading if (other := by_set[name].get(row.label))]
         cells = (
+            count_answers(own for name in asked if (own := by_set[name].get(row.label))),
             *(_lost(by_set[name].get(row.label)) for name in sets),
+            *([_drawn(counted[row.label])] if n_drawn else []),
             _met(largest(other.direction_error_max_deg for other in alike), three),
             _met(largest(other.limits_violated_share for other in alike), percent),
             _met(largest(other.effort_over_optimum_max for other in alike), percent),
         )
-        lines.setdefault(cells, []).append(row)
+        if any(cells):
+            lines.setdefault(cells, []).append(row)
     if not lines:
         return []
     first = " and ".join(leading)
     headers = (
         "method",
+        "answered",
         *(f"{name}: lost, worst" for name in sets),
+        *([f"{n_drawn:,} drawn: lost, worst"] if n_drawn else []),
         *(f"{first}: {what}" for what in ("turn [°]", "beyond limits", "effort")),
     )
-    nothing = f"Nothing that is attainable is lost by {plain(', '.join(keeping))}.\n"
-    body = [[_together(rows), *cells] for cells, rows in lines.items()]
-    return [f"### {plain(vehicle)}\n", table(headers, body), *([nothing] if keeping else [])]
+    body: list[list[str]] = []
+    notes: list[str] = []
+    for cells, rows in lines.items():
+        names = _together(rows)
+        if len(rows) > MOST:  # a cell that long makes a table nobody can read
+            notes.append(f"({len(notes) + 1}) {plain(names)}.\n")
+            names = f"{len(rows)} methods ({len(notes)})"
+        body.append([names, *cells])
+    return [f"### {plain(vehicle)}\n", table(headers, body), *notes, *nothing_lost(run, vehicle, keeping)]
+
+
+def nothing_lost(run: Run, vehicle: str, keeping: Sequence[Row]) -> list[str]:
+    """Sentences on methods that lose nothing attainable of the sets, with what else each was asked.
+
+    A method that was asked demands drawn evenly, and lost some of one, is left out.
+    """
+    counted = {row.label: _served(run, row) for row in keeping}
+    problems = [p for p in run.record.problems if p.vehicle == vehicle]
+    n = sum(p.labels.get("inactive", 0) + p.labels.get("active", 0) for p in problems)
+    here = f"the {n:,} attainable demands above" if n else "all attainable demands above"
+    said: dict[str, list[str]] = {}
+    for label, served in counted.items():
+        if served is None:
+            text = f"Of {here}, the only ones asked, nothing is lost by {{}}."
+        elif served.sample is None:  # of an older record
+            drawn = f"of {served.n_demands:,} drawn evenly from what {vehicle} can do at most 1 %"
+            text = f"Of {here} nothing is lost, and {drawn}, by {{}}."
+        else:
+            drawn = f"of {served.sample.n_demands:,} drawn evenly from what {vehicle} can do"
+            text = f"Of {here} and {drawn}, nothing is lost by {{}}."
+        if served is None or not loses(served):
+            said.setdefault(text, []).append(label)
+    return [f"{plain(text.format(', '.join(labels)))}\n" for text, labels in said.items()]
+
+
+def loses(served: Served) -> bool:
+    """True if a demand that was drawn lost some of its wrench; of an older record, more than 1 % of it."""
+    if served.sample is None:
+        return served.within_1pct < served.n_demands
+    return served.sample.missed_max > WRENCH_TOLERANCE
+
+
+def _served(run: Run, row: Row) -> Served | None:
+    """Count of demands drawn evenly that the method, or the twin of generated C, was asked."""
+    capability = run.capability(row.vehicle)
+    whole = [s for s in capability.served if s.fault is None] if capability else []
+    return next((s for name in (row.method, row.described.twin) for s in whole if s.method == name), None)
+
+
+def _drawn(served: Served | None) -> str:
+    return "not asked" if served is None or served.sample is None else _met(served.sample.missed_max, percent)
 
 
 def _together(rows: list[Row]) -> str:
@@ -77,16 +139,21 @@ def _together(rows: list[Row]) -> str:
 
 
 def _keeps(row: Row | None) -> bool:
-    """True if every demand of the row was answered and met inside the limits."""
-    if row is None:
+    """True if every attainable demand of the row was answered and met inside the limits."""
+    if row is None or row.limits_violated_share:
         return False
-    lost, beyond = row.lost_wrench_max, row.limits_violated_share
-    return lost is not None and lost <= WRENCH_TOLERANCE and not beyond and row.answered_share == 1.0
+    missed = [judged.missed_max for judged in row.measured.judged if judged.missed_max is not None]
+    if missed:
+        return max(missed) <= WRENCH_TOLERANCE
+    lost = row.lost_wrench_max  # of an older record, or a set without attainable demands
+    return lost is not None and lost <= WRENCH_TOLERANCE and row.answered_share == 1.0
 
 
 def _lost(row: Row | None) -> str:
-    if row is None or row.lost_wrench_max is None:
+    if row is None or row.answered_share is None:
         return ""
+    if not row.answered_share:
+        return "none answered"
     answered = row.answered_share
     values = [row.lost_wrench_p50, row.lost_wrench_max]
     text = ", ".join(_met(value, percent) for value in values)

@@ -11,12 +11,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
-from alloc import NotApplicable, Vehicle, alpha_max, load_vehicle
+from alloc import NotApplicable, Vehicle, alpha_max, build, load_vehicle
 from alloc.reach.attainable import closed_form_range, single_axis_maxima
-from alloc.reach.volumes import attainable_volume, closed_form_volume
+from alloc.reach.volumes import attainable_volume, closed_form_volume, uniform_demands
 from bench.demands import build_demands, list_demands
 from bench.demands.store import Case
-from bench.judging.capability import SIZES, corners, measure_capabilities, planes, remaining_authority
+from bench.judging.capability import (
+    SIZES,
+    corners,
+    limit_wrenches,
+    measure_capabilities,
+    planes,
+    remaining_authority,
+    worst_loss,
+)
 from bench.judging.question import Answers, Ask, Unanswered, ask_here
 from bench.record import Capability, Served
 
@@ -218,3 +226,28 @@ def test_a_capability_is_reproducible_and_covers_the_worst_fault():
         (0, "pinv"),
         (0, "clip"),
     ]
+
+
+def test_the_worst_is_kept_of_demands_drawn_and_of_every_corner_that_thrusters_make():
+    """A corner loses more than any of the demands drawn, and no fresh corner more than those gone through."""
+    (pinv, degraded) = capability(UKWIAL, "pinv", n=200).served
+    assert pinv.sample is not None
+    assert pinv.corners is not None
+    assert (pinv.sample.n_demands, pinv.corners.n_demands) == (200, 2**4)
+    assert degraded.sample is not None
+    assert degraded.corners is None
+    drawn = uniform_demands(UKWIAL, np.random.default_rng(1), 200)
+    rng = np.random.default_rng(2)
+    ends = np.where(rng.random((5000, 4)) < 0.5, UKWIAL.f_min, UKWIAL.f_max) @ UKWIAL.TP.T
+    for kept, taus in ((pinv.sample, drawn), (pinv.corners, ends)):
+        again = worst_loss(UKWIAL, taus, build("pinv", UKWIAL).many(taus)[0])
+        assert (kept.missed_max, kept.turned_max_deg) == (again.missed_max, again.turned_max_deg)
+    assert pinv.corners.missed_max > pinv.sample.missed_max
+
+
+def test_a_demand_without_thrusts_is_lost_whole_and_many_thrusters_have_no_corners_gone_through():
+    refused = worst_loss(UKWIAL, np.ones((2, 3)), np.array([[np.nan] * 4, [1.0] * 4]))
+    assert (refused.n_demands, refused.n_answers, refused.missed_max) == (2, 1, 1.0)
+    doubled = {key: np.tile(getattr(UKWIAL, key), 3) for key in ("T", "f_min", "f_max", "readiness")}
+    twelve = replace(UKWIAL, **doubled, H=np.eye(12), slew=None)
+    assert limit_wrenches(twelve).shape == (0, 3)

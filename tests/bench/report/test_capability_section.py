@@ -63,6 +63,8 @@ def test_failures_that_lose_rank_or_leave_a_nearly_singular_vehicle_are_pointed_
     text = section(run_with(tmp_path, CAPABILITY), frozenset())
     assert "**Lost rank**: without thruster 1" in text
     assert "**Nearly singular** with thruster 0 off" in text
+    # Red before: "closed form 100 %" and "served 100 %" of a line, as if of all that the vehicle could do.
+    assert "*Closed form*, *safe* and *served* without thruster 1 are shares of a plane" in text
 
 
 def test_a_thruster_goes_by_its_name_where_it_has_one(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from markdown_it import MarkdownIt
 
 from bench.__main__ import main
-from bench.record import Batch, Cell, Emulated, Event, Judged, Key, Method
+from bench.record import Batch, Cell, Emulated, Event, Judged, Key, Line, Method
 from bench.report import render
 from bench.report.page import details, page
 from bench.report.sections import cost, emulation, facts, headline
@@ -358,16 +358,75 @@ def lossy(method: str, lost: float, beyond: float = 0.0) -> Cell:
     return made_up.cell(method, key=Key("ukwial", "active", method), judged=judged)
 
 
+def losses_of(directory: Path, *lines: Line) -> str:
+    """The section on losses of a record of these lines."""
+    text = detailed(made_up.record(directory, made_up.header(), *lines))
+    return text.partition("## What you lose")[2].partition("\n## ")[0]
+
+
+def rows_of(section: str) -> dict[str, list[str]]:
+    """Cells of a section's table by their first."""
+    lines = [line for line in section.splitlines() if line.startswith("| ")][1:]
+    return {cells[0]: cells[1:] for cells in ([part.strip() for part in x.split("|")[1:-1]] for x in lines)}
+
+
 def test_methods_that_lose_the_same_share_a_line_and_those_that_lose_nothing_a_sentence(
     tmp_path: Path,
 ) -> None:
     cells = [lossy("pinv", 0.3, 1.0), lossy("svd", 0.3, 1.0), lossy("clip", 0.2), lossy("nullspace", 1e-9)]
-    text = detailed(made_up.record(tmp_path, made_up.header(), *cells))
-    section = text.partition("## What you lose")[2].partition("\n## ")[0]
-    lines = [line for line in section.splitlines() if line.startswith("| ")][1:]
-    assert [line.split("|")[1].strip() for line in lines] == ["clip", "pinv, svd"]
-    assert "30.0 %" in lines[1]
-    assert "Nothing that is attainable is lost by nullspace.\n" in section
+    section = losses_of(tmp_path, *cells)
+    assert list(rows_of(section)) == ["clip", "nullspace", "pinv, svd"]
+    assert "30.0 %" in rows_of(section)["pinv, svd"][1]
+    assert "Of all attainable demands above, the only ones asked, nothing is lost by nullspace.\n" in section
+
+
+def test_what_loses_some_of_what_was_drawn_is_in_no_sentence_that_nothing_is_lost(tmp_path: Path) -> None:
+    """Red before: "nothing that is attainable is lost by redistribute", which serves 99.5 % within 1 %."""
+    served = [
+        made_up.served("nullspace", 2000, 2000, sample=made_up.loss(2000, 1e-9)),
+        made_up.served("redistribute", 1990, 2000, sample=made_up.loss(2000, 0.08)),
+    ]
+    cells = [lossy(name, 0.0) for name in ("nullspace", "redistribute", "qp")]
+    lines = [problem("ukwial"), made_up.capability(served=served), *cells]
+    section = losses_of(tmp_path, *lines)
+    drawn = "Of the 10 attainable demands above and of 2,000 drawn evenly from what ukwial can do"
+    assert f"{drawn}, nothing is lost by nullspace.\n" in section
+    assert "Of the 10 attainable demands above, the only ones asked, nothing is lost by qp.\n" in section
+    assert {name: cells[2] for name, cells in rows_of(section).items()} == {
+        "nullspace": "0 %",
+        "redistribute": "8.00 %",
+        "qp": "not asked",
+    }
+    older = [msgspec.structs.replace(each, sample=None) for each in served]
+    section = losses_of(tmp_path, *lines[:1], made_up.capability(served=older), *cells)
+    assert "2,000 drawn evenly from what ukwial can do at most 1 %, by nullspace.\n" in section
+    assert "by redistribute" not in section
+
+
+def test_every_method_that_was_run_has_a_line_with_how_many_it_answered(tmp_path: Path) -> None:
+    """Red before: nothing active was asked, and who refuses all that is beyond reach had no line."""
+    refusing = made_up.rename(lossy("nullspace", 0.0), demands="infeasible")
+    refusing = made_up.judge(refusing, loss={"answered_share": 0.0})
+    few = made_up.judge(lossy("qp/qoco", 0.0), loss={"answered_share": 0.3, "lost_wrench_max": 0.0})
+    lines = rows_of(
+        losses_of(tmp_path, refusing, made_up.rename(lossy("clip", 0.2), demands="infeasible"), few)
+    )
+    assert {name: cells[0] for name, cells in lines.items()} == {
+        "nullspace": "0 of 10",
+        "clip": "10 of 10",
+        "qp/qoco": "3 of 10",
+    }
+    assert "none answered" in lines["nullspace"]
+
+
+def test_agreement_says_of_how_many_answers(tmp_path: Path) -> None:
+    """Red before: "1 of 1" of a method that answered 3 of 10."""
+    few = made_up.judge(lossy("qp/qoco", 0.0), agrees=True, loss={"answered_share": 0.3})
+    text = detailed(made_up.record(tmp_path, made_up.header(), few))
+    (cells,) = [line.split("|") for line in text.partition("## Agreement")[2].splitlines() if "qoco" in line][
+        :1
+    ]
+    assert [cells[3].strip(), cells[4].strip()] == ["1 of 1", "3 of 10"]
 
 
 @pytest.mark.parametrize("answered", [1.0, 0.9])
@@ -382,14 +441,13 @@ def test_a_method_that_gives_up_on_what_a_closed_form_serves_has_a_line_of_its_o
         judged = msgspec.structs.replace(cell.judged, loss=loss)
         key = msgspec.structs.replace(cell.key, demands="inactive")
         cells.append(msgspec.structs.replace(cell, key=key, judged=judged))
-    text = detailed(made_up.record(tmp_path, made_up.header(), *cells))
-    assert ("Nothing that is attainable is lost by qp" in text) == (answered == 1)
-    assert ("(90.0 % answered)" in text) == ("inactive: lost, worst" in text) == (answered < 1)
+    section = losses_of(tmp_path, *cells)
+    assert ("nothing is lost by qp" in section) == (answered == 1)
+    assert ("(90.0 % answered)" in section) == ("inactive: lost, worst" in section) == (answered < 1)
 
 
 def test_a_method_beyond_its_limits_does_not_count_as_losing_nothing(tmp_path: Path) -> None:
-    text = detailed(made_up.record(tmp_path, made_up.header(), lossy("pinv", 0.0, 0.1)))
-    assert "Nothing that is attainable" not in text
+    assert "nothing is lost" not in losses_of(tmp_path, lossy("pinv", 0.0, 0.1))
 
 
 def test_a_run_that_was_stopped_before_its_first_row_still_has_a_report(tmp_path: Path) -> None:

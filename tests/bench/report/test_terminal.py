@@ -124,6 +124,14 @@ def test_a_plug_in_that_fails_after_a_failure_is_said_where_its_share_is_missing
     assert said in headline.candidates(read_run(tmp_path), frozenset())
 
 
+def test_agreement_of_a_method_that_gives_up_says_how_many_it_answered(tmp_path: Path) -> None:
+    """Red before: "yes" of a method that answered 3 of 10 that can be met."""
+    few = made_up.judge(exact_cell("ukwial", "qp/x", 1.0), loss={"answered_share": 0.3})
+    few = msgspec.structs.replace(few, n_demands=10)
+    show(made_up.record(tmp_path, header(), problem("ukwial"), few), console := Console(file=StringIO()))
+    assert "yes of 3 of 10 answered" in console.file.getvalue()  # type: ignore[attr-defined]  # a StringIO
+
+
 def test_a_disagreement_without_a_promise_is_named_too(tmp_path: Path) -> None:
     unpromised = Judged(answers=1, counts={"SOLVED": 1}, agrees=False, distance_rel_max=0.5)
     run = made_up.run(tmp_path, cell(judged=unpromised))
