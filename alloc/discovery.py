@@ -150,7 +150,7 @@ def load_plugin(path: Path) -> Entry:
 
     ``alloc.methods`` says what a Python file may hold. Its ``build`` returns an allocator, or a plain
     function tau -> f, whose status ``alloc.live.plain`` works out.
-    Raises UnknownName where the file can't be loaded, has no ``build``, or declares what there is not.
+    Raises PluginError where the file can't be loaded, has no ``build``, or declares what there is not.
     """
     module, loaded = _compiled(path), set[str]()
     if module is None:
@@ -158,12 +158,12 @@ def load_plugin(path: Path) -> Entry:
     check_declared(path, module)
     _refuse_method(path, getattr(module, "FORMULATION", None) or "")
     if hasattr(module, "variants"):
-        raise UnknownName(
+        raise PluginError(
             f"{path}: has variants(), which files in alloc/methods may; give each method a file"
         )
     used = {value.__name__ for value in vars(module).values() if isinstance(value, ModuleType)}
     if shadowed := _shadowed(path, used | loaded):
-        raise UnknownName(f"{path}: {shadowed}; rename the file beside the plug-in, or uninstall the other")
+        raise PluginError(f"{path}: {shadowed}; rename the file beside the plug-in, or uninstall the other")
     entry = _entry(_hyphened(path.stem), module)
     return replace(entry, prepare=partial(_built, path, module))
 
@@ -180,10 +180,10 @@ def _compiled(path: Path) -> ModuleType | None:
 
 
 def _imported(path: Path) -> tuple[ModuleType, set[str]]:
-    """A Python file as a module, and the names of the packages that it imported; raises UnknownName."""
+    """A Python file as a module, and the names of the packages that it imported; raises PluginError."""
     spec = spec_from_file_location(f"thrustbench_plugin_{path.stem}", path)
     if spec is None or spec.loader is None or not path.is_file():
-        raise UnknownName(
+        raise PluginError(
             f"{path}: is neither a Python file with build(vehicle) in it nor a library with a C interface"
         )
     if (folder := str(path.resolve().parent)) not in sys.path:
@@ -200,18 +200,18 @@ def _imported(path: Path) -> tuple[ModuleType, set[str]]:
         remedy = "mend it"
         if isinstance(error, ImportError):
             remedy += ", or put the folder of that module on sys.path in it"
-        raise UnknownName(f"{path}: can't be imported ({type(error).__name__}: {error}); {remedy}") from error
+        raise PluginError(f"{path}: can't be imported ({type(error).__name__}: {error}); {remedy}") from error
     return module, {name.partition(".")[0] for name in set(sys.modules) - known} - sys.stdlib_module_names
 
 
 def _refuse_method(path: Path, formulation: str) -> None:
-    """Raise UnknownName where a file declares a method in place of a formulation, as ``nullspace``.
+    """Raise PluginError where a file declares a method in place of a formulation, as ``nullspace``.
 
     Taken for a rule of its own, the plug-in would be held to no optimum.
     """
     for entry in catalogue():
         if entry.name == formulation and entry.formulation != formulation:
-            raise UnknownName(
+            raise PluginError(
                 f"{path}: {formulation!r} is a method, whose formulation is {entry.formulation!r};"
                 " write that, or give a rule of your own another name"
             )

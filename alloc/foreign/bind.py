@@ -12,7 +12,7 @@ import numpy as np
 from alloc.allocation import Allocator
 from alloc.c.bind import native
 from alloc.c.compiled import STANDARD, missing, shared_library
-from alloc.errors import NotApplicable, NotInstalled, UnknownName
+from alloc.errors import NotApplicable, NotInstalled, PluginError
 from alloc.formulations import find_formulation
 from alloc.live.plain import ANY_DISTANCE
 from alloc.vehicle import Vehicle
@@ -69,7 +69,7 @@ class LibraryPromise(NamedTuple):
 def plugin(path: Path, rule: str) -> ModuleType:
     """The library as a plug-in's module: ``build``, and its promises as a Python file would declare them.
 
-    ``rule`` is the formulation of a library that promises none. Raises UnknownName for one that can't be
+    ``rule`` is the formulation of a library that promises none. Raises PluginError for one that can't be
     loaded, lacks a function, or is of another version.
     """
     promise = _promised(_opened(path), rule)
@@ -126,24 +126,24 @@ def bound(path: Path, promise: LibraryPromise, vehicle: Vehicle) -> Allocator:
 
 
 def _opened(path: Path) -> ctypes.CDLL:
-    """The library; raises UnknownName."""
+    """The library; raises PluginError."""
     try:
         library = ctypes.CDLL(str(path.absolute()))
     except OSError as error:
         said = " ".join(str(error).split())[:MOST]
-        raise UnknownName(
+        raise PluginError(
             f"{path}: can't be loaded ({said}); build it for this machine, as {HEADER} says"
         ) from None
     if np.float64(np.finfo(float).tiny) * 0.5 == 0.0:
-        raise UnknownName(
+        raise PluginError(
             f"{path}: turns subnormal numbers off in the whole process as it is loaded;"
             " link it without -ffast-math"
         )
     for function in ("tba_interface", "tba_prepare", "tba_call"):
         if not hasattr(library, function):
-            raise UnknownName(f"{path}: has no function {function}; export what {HEADER} declares")
+            raise PluginError(f"{path}: has no function {function}; export what {HEADER} declares")
     if (version := library.tba_interface()) not in SCALARS:
-        raise UnknownName(
+        raise PluginError(
             f"{path}: tba_interface() is {version:#x}, expected {' or '.join(map(hex, SCALARS))};"
             f" return TBA_INTERFACE of this version's {HEADER}"
         )

@@ -143,34 +143,34 @@ OFFERED = (("STARTS", "start", get_args(Start)), ("LEVELS", "level", get_args(Le
 
 
 def check_declared(path: Path, module: ModuleType) -> None:
-    """Raise UnknownName where a plug-in has no ``build``, or declares what there is not."""
+    """Raise PluginError where a plug-in has no ``build``, or declares what there is not."""
     if not hasattr(module, "build"):
-        raise UnknownName(f"{path}: has no build(vehicle); add one that returns an allocator")
+        raise PluginError(f"{path}: has no build(vehicle); add one that returns an allocator")
     for constant, _, known in OFFERED:
         offered = getattr(module, constant, known)
         # A word that no run asks for would leave the method without a row.
         if not isinstance(offered, tuple | list) or not offered or not {*known, "-"}.issuperset(offered):
-            raise UnknownName(f"{path}: {constant} = {offered!r}; give a tuple of {', '.join(known)}")
+            raise PluginError(f"{path}: {constant} = {offered!r}; give a tuple of {', '.join(known)}")
     for constant, kind, example in DECLARED:
         value = getattr(module, constant, None)
         if value is not None and not (isinstance(value, kind) and value == value):
-            raise UnknownName(f"{path}: {constant} = {value!r}; give {example}")
+            raise PluginError(f"{path}: {constant} = {value!r}; give {example}")
     tolerance = getattr(module, "TOLERANCE", None) or 0.0
     if isinstance(tolerance, bool) or not 0 <= tolerance < inf:
-        raise UnknownName(f"{path}: TOLERANCE = {tolerance!r}; give a number from 0 on")
+        raise PluginError(f"{path}: TOLERANCE = {tolerance!r}; give a number from 0 on")
     for name in vars(module):
         close = get_close_matches(name.upper(), PROMISED, n=1, cutoff=CLOSE)
         if name not in PROMISED and close and (name.isupper() or name.upper() in PROMISED):
-            raise UnknownName(f"{path}: {name} declares nothing; write {close[0]}, or another name")
+            raise PluginError(f"{path}: {name} declares nothing; write {close[0]}, or another name")
     try:
         refuse_misspelt(getattr(module, "FORMULATION", None) or "")
     except UnknownName as error:
-        raise UnknownName(f"{path}: {error}") from None
+        raise PluginError(f"{path}: {error}") from None
     if not callable(module.build):
-        raise UnknownName(f"{path}: build is no function; write build(vehicle) that returns an allocator")
+        raise PluginError(f"{path}: build is no function; write build(vehicle) that returns an allocator")
     for constant, option, _ in OFFERED:
         if {*getattr(module, constant, "-")} != {"-"} and not _takes(module.build, option):
-            raise UnknownName(f"{path}: {constant} is declared, but build takes no {option}; let it take one")
+            raise PluginError(f"{path}: {constant} is declared, but build takes no {option}; let it take one")
 
 
 def _takes(function: Callable[..., Any], option: str) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from alloc import NotApplicable, Vehicle, catalogue, list_vehicles, load_vehicle
-from alloc.errors import DemandError, UnknownName, unknown
+from alloc.errors import DemandError, PluginError, UnknownName, unknown
 from alloc.formulations import EXACT_METHODS, find_formulation
 from bench.demands import DemandSet, build_demands
 from bench.demands.generated import STUDIES
@@ -125,7 +125,7 @@ def plugin_contenders(settings: RunSettings) -> list[Contender]:
 
     A file that crashes or hangs meanwhile takes part under its name. The run measures a plug-in that has a
     ``trouble`` too, and its rows say why it has no times; its author should not have to wait for that.
-    Raises UnknownName where a file is no plug-in.
+    Raises PluginError where a file is no plug-in.
     """
     if not settings.plugins:
         return []
@@ -148,7 +148,7 @@ def _described(path: str, vehicle: str, task: AnswerTask, settings: RunSettings)
             contender = contender._replace(method=own, starts=message.starts, levels=message.levels)
         elif isinstance(message, Failed):
             if message.task == 0 and message.status == "refused":
-                raise UnknownName(message.reason)
+                raise PluginError(message.reason)
             trouble = f"{path}, on {vehicle}: {message.status}: {message.reason}"
             contender = contender._replace(trouble=trouble)
     return contender

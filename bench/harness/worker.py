@@ -20,7 +20,7 @@ import numpy as np
 from alloc import Allocation, Allocator, NotApplicable, Vehicle, solvers
 from alloc.allocation import BoundedSteps, FloatArray, StatusArray, TwoStage, real
 from alloc.discovery import Entry, find, load_plugin, prepare
-from alloc.errors import NotInstalled, UnknownName
+from alloc.errors import NotInstalled, PluginError, UnknownName
 from alloc.live.plain import ANY_DISTANCE
 from alloc.vehicle.call_limits import one_by_one
 from bench.demands.store import Case, load_case, save
@@ -208,7 +208,7 @@ def do(task: Task, number: int, job: Job, line: Worker) -> Message:
 
             try:
                 entry = find_entry(job.method, job.plugin)
-            except UnknownName as error:  # the file is no plug-in, which ends the run
+            except (PluginError, UnknownName) as error:  # the file is no plug-in, which ends the run
                 return Failed(number, "refused", str(error))
             return Described(method_line(entry), entry.starts, entry.levels)
 

@@ -8,7 +8,7 @@ import pytest
 
 from alloc import Allocator, AllocError, NotApplicable, Status, load_vehicle
 from alloc.discovery import load_plugin, prepare
-from alloc.errors import PluginError, UnknownName
+from alloc.errors import PluginError
 from alloc.formulations import find_formulation, refuse_misspelt
 from alloc.live.plain import Plain
 
@@ -47,7 +47,7 @@ def test_a_module_beside_a_plugin_is_not_taken_from_elsewhere(
     plugin.write_text(f"{line.format(helper)}\ndef build(vehicle): ...\n")
     monkeypatch.setattr(sys, "path", [str(tmp_path / "installed"), *sys.path])
     with pytest.raises(
-        UnknownName, match=f"'{helper}' came from .*installed.*, and not from the file beside"
+        PluginError, match=f"'{helper}' came from .*installed.*, and not from the file beside"
     ):
         load_plugin(plugin)
     monkeypatch.delitem(sys.modules, helper)
@@ -58,7 +58,7 @@ def test_a_module_beside_a_plugin_is_not_taken_from_elsewhere(
 
 def test_a_plugin_with_several_methods_is_told_to_be_several_files(tmp_path: Path) -> None:
     (tmp_path / "two.py").write_text("def build(vehicle, name): ...\ndef variants(): return {}\n")
-    with pytest.raises(UnknownName, match=r"has variants\(\), .* give each method a file"):
+    with pytest.raises(PluginError, match=r"has variants\(\), .* give each method a file"):
         load_plugin(tmp_path / "two.py")
 
 
@@ -67,7 +67,7 @@ def test_a_plugin_with_several_methods_is_told_to_be_several_files(tmp_path: Pat
 )
 def test_starts_and_levels_that_no_run_would_ask_for_are_refused(tmp_path: Path, line: str) -> None:
     (tmp_path / "mine.py").write_text(f"from alloc.methods.pinv import build\n{line}\n")
-    with pytest.raises(UnknownName, match=f"mine.py: {line[:6]} = .*; give a tuple of"):
+    with pytest.raises(PluginError, match=f"mine.py: {line[:6]} = .*; give a tuple of"):
         load_plugin(tmp_path / "mine.py")
 
 
@@ -90,7 +90,7 @@ def test_starts_may_be_a_list_or_no_choice(
 def test_what_build_can_t_be_told_is_no_choice(tmp_path: Path, line: str) -> None:
     """Each measurement of it failed, and the report had a share that it serves."""
     (tmp_path / "mine.py").write_text(f"def build(vehicle): pass\n{line}\n")
-    with pytest.raises(UnknownName, match=f"mine.py: {line[:6]} is declared, but build takes no"):
+    with pytest.raises(PluginError, match=f"mine.py: {line[:6]} is declared, but build takes no"):
         load_plugin(tmp_path / "mine.py")
 
 

@@ -13,7 +13,7 @@ from alloc import NotApplicable, Status, Vehicle, build, generate, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.c.compiled import missing
 from alloc.discovery import load_plugin, prepare
-from alloc.errors import UnknownName
+from alloc.errors import PluginError
 from alloc.program import Scalar
 from tests.compilers import needs, run
 
@@ -239,7 +239,7 @@ def test_a_library_that_is_none_is_refused_on_one_line(
 ) -> None:
     library = compiled(tmp_path, text, *options)
     last = called_apart(library).stderr.splitlines()[-1]
-    assert last.startswith(f"{UnknownName.__module__}.UnknownName: {library}: ")
+    assert last.startswith(f"{PluginError.__module__}.PluginError: {library}: ")
     assert re.search(says, last)
 
 
@@ -252,5 +252,5 @@ def test_a_library_that_is_none_is_refused_on_one_line(
 )
 def test_a_file_that_is_no_library_is_refused(content: bytes, says: str, tmp_path: Path) -> None:
     (tmp_path / "mine.so").write_bytes(content)
-    with pytest.raises(UnknownName, match=rf"mine\.so: {says}"):
+    with pytest.raises(PluginError, match=rf"mine\.so: {says}"):
         load_plugin(tmp_path / "mine.so")
