@@ -1,1 +1,1 @@
-"""Closed forms f = G tau without limits: ways to G, the allocator (``linear``), and rules for limits."""
+"""Closed forms f = G tau: ways to G, the allocator without limits (``linear``), and rules that cut or scale it."""

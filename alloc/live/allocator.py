@@ -35,7 +35,7 @@ UNREACHABLE = 1e-9
 
 
 class Live:
-    """The allocator; ``pose`` and ``solve`` are its two stages (``alloc.TwoStage``).
+    """The allocator; ``pose`` and ``solve`` are its two stages (``alloc.plugin.TwoStage``).
 
     Attributes
     ----------

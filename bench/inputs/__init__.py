@@ -1,1 +1,1 @@
-"""Reads what users bring: demands as CSV, logs of vehicles, vehicle files of other projects."""
+"""Files of users: demands, logs, and vehicle files of other projects, and files to start from."""

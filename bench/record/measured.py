@@ -133,7 +133,7 @@ class Cell(msgspec.Struct, tag="cell", omit_defaults=True):
     setup_ns : time of each ``build`` but the process's first (see ``Worker.import_ns``)
     batches : calls of the allocator
     binding_batches : calls of the solver's binding alone, b -> x over prepared b's
-    singles : single calls, [[ns, count], …], sorted, in bins (``bench.harness.timing.counted``)
+    singles : single calls, [[ns, count], …], sorted, in bins (``bench.harness.timing.tally``)
     solver_singles : times that the solver itself reports for single calls, in the same bins
     iterations_max : most iterations of a call, as the solver counts them
     worst_case_steps : a bound on the steps that no demand can exceed

@@ -7,8 +7,7 @@ from bench.report.page import MORE
 from bench.report.sections.headline import omission_note
 from bench.report.verdict import first_methods, opening_loop, rate_note, trust_note, verdicts
 from bench.results.columns import Row
-from bench.results.emulated import IN_WORDS, table_scalar
-from bench.results.emulated import emulated_rows as emulated_rows
+from bench.results.emulated import IN_WORDS, emulated_rows, table_scalar
 from bench.results.machines import (
     NamedRun,
     comparison_obstacle,

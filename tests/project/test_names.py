@@ -1,4 +1,4 @@
-"""Every module, class, function and file of this project that a document names is there."""
+"""Every module, class, function and file of this project that a document or a docstring names is there."""
 
 import re
 from importlib import import_module
@@ -9,6 +9,7 @@ import pytest
 from tests.places import DOCS, ROOT
 
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *DOCS.glob("*.md")])
+SOURCES = sorted([*ROOT.glob("alloc/**/*.py"), *ROOT.glob("bench/**/*.py")])
 NAME = re.compile(r"(?<![\w./-])(?:alloc|bench)(?:\.\w+)+")
 FILE = re.compile(r"(?<![\w./-])(?:(?:alloc|bench|docs|tests)/[\w./-]*|test_\w+\.py)")
 TO_BE_WRITTEN = re.compile(r"(?:Save as|Move the file to)\s+`([^`]+)`")
@@ -27,7 +28,8 @@ def exists(name: str) -> bool:
             module, _, last = module.rpartition(".")
             attributes.insert(0, last)
     for attribute in attributes:
-        thing = getattr(thing, attribute, None)
+        annotated = {*getattr(thing, "__annotations__", ())}  # a dataclass has no such attribute itself
+        thing = getattr(thing, attribute, attribute if attribute in annotated else None)
     return thing is not None
 
 
@@ -42,6 +44,13 @@ def stale(document: Path) -> list[str]:
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
 def test_every_name_in_a_document_exists(document: Path) -> None:
     assert stale(document) == []
+
+
+@pytest.mark.parametrize("room", ["alloc", "bench"])
+def test_every_name_in_a_docstring_exists(room: str) -> None:
+    sources = [source for source in SOURCES if source.relative_to(ROOT).parts[0] == room]
+    named = [(s.name, n) for s in sources for n in re.findall(rf"``({NAME.pattern})``", s.read_text())]
+    assert [(source, name) for source, name in named if not exists(name)] == []
 
 
 @pytest.mark.parametrize(
