@@ -1,1 +1,1 @@
-"""Closed forms f = G tau: ways to G, the allocator without limits (``linear``), and rules that cut or scale it."""
+"""Closed forms f = G tau: ways to G, the allocator (``linear``), and rules that cut or scale its thrusts."""

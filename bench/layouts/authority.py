@@ -151,7 +151,7 @@ def reach(layouts: Layouts, found: Spaces, scale: FloatArray) -> Reach:
 
 
 def safe_shares(layouts: Layouts, found: Spaces) -> FloatArray:
-    """(B,) ``alloc.reach.volumes.safe_share``: the largest s <= 1 for which the closed form meets s tau, tau attainable."""
+    """(B,) largest s <= 1 for which T* s tau keeps limits: ``alloc.reach.volumes.safe_share`` of each."""
     scale = np.maximum(np.abs(layouts.f_min), np.abs(layouts.f_max)).max(axis=0)
     share = np.ones(len(layouts))
     heavy = found.N * layouts.weights[:, None]

@@ -154,7 +154,8 @@ def spaces(layouts: Layouts) -> tuple[BoolArray, Spaces]:
     """Mask of layouts of full rank (B,), and the spaces of those.
 
     T = U S V' gives the pseudoinverse and an orthonormal basis of the null space; where the weights of
-    thrusters differ, both are turned into the ones of least f'Hf as ``alloc.closed_forms.inverse.generalized_inverse`` does.
+    thrusters differ, both are turned into the ones of least f'Hf, as
+    ``alloc.closed_forms.inverse.generalized_inverse`` does.
     """
     k, n, count = layouts.T.shape
     if n < k:

@@ -52,6 +52,7 @@ class Worst(cached_property[float | None]):
             return worst(known) if known else None
 
         column.__doc__ = meaning
+        self.of = of
         super().__init__(column)
 
     def __set_name__(self, owner: type[Any], name: str) -> None:

@@ -6,12 +6,16 @@ from pathlib import Path
 from time import perf_counter_ns
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pytest
 from scipy.stats import binom
 
+from alloc import load_vehicle
 from bench.harness.timing import sample, tally
+from bench.judging.loss import loss
 from bench.record import Batch, Cell, Judged, Key, Line
+from bench.results.columns import Row, Worst
 from bench.results.columns import columns as all_columns
 from bench.results.quantiles import interval, share
 from bench.results.rows import read_run
@@ -205,3 +209,12 @@ def test_the_interval_of_a_quantile_has_binomial_ranks(n: int, q: float) -> None
     low, high = interval([(ns, 1) for ns in range(1, n + 1)], q) or (0, 0)
     for rank, p in ((low, 0.025), (high - 1, 0.975)):
         assert binom.cdf(rank - 1, n, q) < p <= binom.cdf(rank, n, q)
+
+
+def test_a_column_without_a_function_is_a_loss_that_is_worked_out() -> None:
+    """A misspelt name would be a column that is empty for ever."""
+    vehicle = load_vehicle("ukwial")
+    known = loss(vehicle, np.zeros((1, vehicle.k)), np.zeros((1, vehicle.n)), np.zeros((1, vehicle.n)))
+    named = {name for name, column in vars(Row).items() if isinstance(column, Worst) and column.of is None}
+    assert len(named) > 10
+    assert named <= set(known)
