@@ -28,7 +28,7 @@ from bench.results.machines import NamedRun, emulated_name
 from bench.results.quantiles import Histogram, interval, largest, largest_of_all, merge
 from bench.results.ranking import largest_loss, largest_miss, served_text
 from bench.results.rows import Run, sort_sets
-from bench.results.size import CLOSE, Fit, Size
+from bench.results.size import CLOSE, SPARE, Fit, Size
 from bench.results.sizing import Pool, method_pools, pool_rows, sized_methods
 
 INSTRUMENT = files("bench.report") / "instrument"
@@ -111,6 +111,7 @@ def data(machines: Sequence[NamedRun]) -> dict[str, Any]:
     titles = {method["formulation"]: method["title"] for machine in found for method in machine["methods"]}
     return {
         "close": CLOSE,
+        "spare": SPARE,
         "fits": [str(fit) for fit in Fit],
         "rate_hz": opening_loop(*(m.run for m in machines)).rate_hz,
         "times": times,
@@ -205,7 +206,6 @@ def _pool(pool: Pool, rows: Sequence[Row]) -> dict[str, Any]:
     return {
         **_worth(static),
         "refused": _shown(static.refused),
-        "picky": static.picky,
         "lost": _shown(largest(largest_loss(row) for row in rows)),
         "p50": static.p50_us,
         "cpu": static.cpu_us,
@@ -214,7 +214,10 @@ def _pool(pool: Pool, rows: Sequence[Row]) -> dict[str, Any]:
         "calls": static.calls,
         "p50_range": [slowest.call_p50_low_us, slowest.call_p50_high_us],
         "p999_range": _interval(merge(row.measured.singles for row in rows)),
-        "verdicts": [(*each, static.usefulness(each[1])) for each in pool.verdicts()],
+        "verdicts": [
+            (limit, fit, reason, static.usefulness(fit, often))
+            for limit, fit, reason, often in pool.verdicts()
+        ],
         "bounds": bounds,
     }
 
@@ -224,6 +227,8 @@ def _worth(size: Size) -> dict[str, Any]:
     return {
         "exact": size.exact,
         "refusal": size.refusal,
+        "gap": size.gap,
+        "picky": size.picky,
         "spoken": spoken_name(size),
         "precedence": size.precedence,
     }

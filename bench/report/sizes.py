@@ -58,7 +58,7 @@ def page(
     several = len(sized) > 1
     where = " on every machine that has it" if several else ""
     chosen = list if every else best_of_each
-    together = chosen(sizes_on_all(sized) if several else list(next(iter(sized.values()))))
+    together = chosen(sizes_on_all(sized, loop) if several else list(next(iter(sized.values()))))
     runs = [machine.run for machine in machines]
     whose = rate_note(*runs) if loop.rate_hz == log_rate_hz(*runs) else []
     parts = ["\n".join([*verdicts(together, loop, where), *whose]) + "\n"]

@@ -74,7 +74,7 @@ def show(directory: Path, console: Console) -> bool:
     first = [size for size in best_of_each(sized) if size.vehicle in run.vehicles]
     for line in [*verdicts(first, loop), *rate_note(run), ""]:
         say(line)
-    usefulness = {label: i for i, label in enumerate(rank_labels(sized))}
+    usefulness = {label: i for i, label in enumerate(rank_labels(sized, loop.period_us))}
     absent = {row.method: row.reason for row in run.rows if row.status == "missing"}
     rows = sorted(
         (row for row in run.rows if row.method not in absent),

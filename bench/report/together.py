@@ -37,7 +37,7 @@ def page(machines: Sequence[NamedRun]) -> str:
     timed = [machine for machine in machines if machine.run.vehicles]
     loop = opening_loop(*(machine.run for machine in timed))
     sized = {machine.name: sizes(machine.run, loop) for machine in timed}
-    whole = [s for s in best_of_each(sizes_on_all(sized)) if s.vehicle in _vehicles(timed)]
+    whole = [s for s in best_of_each(sizes_on_all(sized, loop)) if s.vehicle in _vehicles(timed)]
     first = first_methods(whole)
     parts = [TITLE, *_opening(timed, whole, count_partial_methods(sized)), _comparable(timed)]
     for vehicle, demands in _asked(timed, Run.leading_sets):

@@ -94,7 +94,9 @@ def _worth(first: Size, own: Sequence[Size]) -> str:
         exactness += ", knows no limits"
     if first.refusal:
         return f"{exactness}, refuses {first.refusal}"
-    return f"{exactness}, answers every demand" if any(size.refused for size in own) else exactness
+    return (
+        f"{exactness}, answers every demand" if not first.gap and any(size.gap for size in own) else exactness
+    )
 
 
 def _refusing(first: Size, own: Sequence[Size]) -> Size | None:
@@ -103,7 +105,8 @@ def _refusing(first: Size, own: Sequence[Size]) -> Size | None:
     None where another such method answers all that the first does: who refuses more has given up.
     """
     picky = [size for size in own if size.picky]
-    return picky[0] if picky and all(size.refused > first.refused for size in picky) else None
+    more = all((size.gap, size.refused) > (first.gap, first.refused) for size in picky)
+    return picky[0] if picky and more else None
 
 
 def spoken_name(size: Size) -> str:
@@ -162,14 +165,14 @@ def _why_not_exact(own: Sequence[Size]) -> str:
 
 
 def _other(first: Size, own: Sequence[Size]) -> str:
-    """Second choice by other means: a solver where one serves, else the next method, empty for none."""
-    alike = [
-        size
+    """Second choice, by the rule of the first: the next that is as useful, empty for none."""
+    others = (
+        spoken_name(size)
         for size in own[1:]
         if size.usefulness() == first.usefulness() and size.method != first.twin
         if first.refusal or not size.refusal
-    ]
-    return next((spoken_name(size) for size in (*filter(lambda s: s.solver, alike), *alike)), "")
+    )
+    return next(others, "")
 
 
 def _small(share: float) -> str:

@@ -248,13 +248,16 @@ class KernelCost:
 
     def size(self) -> Size:
         """The part of its size that no clock changes; with a reason it has no verdict."""
+        picky = refuses(self.formulation)
         return Size(
             **{name: getattr(self, name) for name in METHOD},
             label=self.label,
             fit=Fit.UNKNOWN,
             reason="" if self.agrees else "not all answers are right",
             exact=self.optimal and self.agrees,
-            refusal=UNMET if refuses(self.formulation) else "",
+            refusal=UNMET if picky else "",
+            unanswered=picky or not find_formulation(self.formulation).limited,
+            picky=picky,
         )
 
 
@@ -346,7 +349,7 @@ def bands(
     ranked = [
         own[size.vehicle, size.label]
         for own in by_target.values()
-        for size in rank_sizes([band.size for band in own.values()])
+        for size in rank_sizes([band.size for band in own.values()], loop.period_us)
     ]
     return sorted(ranked, key=lambda band: (band.kernel.vehicle, band.kernel.target))
 

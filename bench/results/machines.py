@@ -205,11 +205,16 @@ def emulated_name(target: str) -> str:
     return f"{target} (emulated)"
 
 
-def sizes_on_all(sized: Mapping[str, Sequence[Size]]) -> list[Size]:
+def sizes_on_all(sized: Mapping[str, Sequence[Size]], loop: Loop) -> list[Size]:
     """Methods on every machine that has the vehicle: for each the worst of its sizes, best first.
 
     ``sized`` holds the sizes by machine. A method that some machine has not measured is left out.
     """
+    return rank_sizes([worst_size(there) for there in _whole(sized)], loop.period_us)
+
+
+def _whole(sized: Mapping[str, Sequence[Size]]) -> list[dict[str, Size]]:
+    """Sizes by machine of each method that every machine with the vehicle has measured."""
     by_name: dict[tuple[str, str], dict[str, Size]] = {}
     for machine, own in sized.items():
         for size in own:
@@ -218,14 +223,14 @@ def sizes_on_all(sized: Mapping[str, Sequence[Size]]) -> list[Size]:
         vehicle: {machine for machine, own in sized.items() if any(s.vehicle == vehicle for s in own)}
         for vehicle, _ in by_name
     }
-    whole = [there for (vehicle, _), there in by_name.items() if there.keys() == asked[vehicle]]
-    return rank_sizes([worst_size(there) for there in whole])
+    return [there for (vehicle, _), there in by_name.items() if there.keys() == asked[vehicle]]
 
 
 def count_partial_methods(sized: Mapping[str, Sequence[Size]]) -> dict[str, int]:
     """Number of methods by vehicle that ``sizes_on_all`` leaves out: some machine did not measure them."""
     known = {(size.vehicle, size.method) for own in sized.values() for size in own}
-    return Counter(vehicle for vehicle, _ in known - {(s.vehicle, s.method) for s in sizes_on_all(sized)})
+    whole = {(size.vehicle, size.method) for there in _whole(sized) for size in there.values()}
+    return Counter(vehicle for vehicle, _ in known - whole)
 
 
 def _before(one: tuple[float | None, float | None], other: tuple[float | None, float | None]) -> bool:

@@ -147,6 +147,7 @@ class Repeats:
     workers : the processes that measured them
     disturbances : what disturbed the machine meanwhile, empty where it was quiet
     attainable : share of the set's demands that are labelled inactive or active [-]
+    unique : whether the vehicle has no spare thruster, so that each wrench has one solution
     wrong_elsewhere : what is wrong with the method's untimed answers on this vehicle, empty where nothing is
     wrong_on_others : what is wrong with a plug-in's answers on another of the vehicle's sets
     missed_elsewhere : whether these, or those of its twin, miss a demand that the vehicle can meet
@@ -159,6 +160,7 @@ class Repeats:
     workers: tuple[Worker, ...]
     disturbances: tuple[str, ...]
     attainable: float = 0.0
+    unique: bool = False
     wrong_elsewhere: str = ""
     wrong_on_others: str = ""
     missed_elsewhere: bool = False

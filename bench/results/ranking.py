@@ -55,10 +55,15 @@ def is_optimal(row: Row) -> bool:
 
 
 def is_exact(row: Row) -> bool:
-    """True if all of a row's answers are the constrained optimum, within EXACT_WITHIN."""
+    """True if all of a row's answers are the constrained optimum, within EXACT_WITHIN.
+
+    Without a spare thruster there is one solution, so whoever misses nothing that can be met has found it.
+    """
     distance = row.distance_relative
-    near = distance is not None and distance <= EXACT_WITHIN
-    return near and is_optimal(row) and is_complete(row) and is_right(row)
+    near = distance is not None and distance <= EXACT_WITHIN and is_optimal(row)
+    if row.measured.unique and not is_optimal(row):
+        near = (largest_miss([row]) or 0.0) <= EXACT_WITHIN and row.answered_share == 1.0
+    return near and is_complete(row) and is_right(row)
 
 
 def best_rows(run: Run, vehicle: str, demands: str) -> list[Row]:

@@ -288,6 +288,7 @@ def gather(record: Record) -> tuple[Row, ...]:
         for p in record.problems
         if p.n_demands
     }
+    unique = {problem.vehicle for problem in record.problems if problem.n == problem.rank}
     workers: dict[tuple[str, str, str], list[Worker]] = defaultdict(list)
     for worker in record.workers:
         workers[worker.method, worker.start, worker.level].append(worker)
@@ -319,6 +320,7 @@ def gather(record: Record) -> tuple[Row, ...]:
                     workers=tuple(workers[_choice(key)]),
                     disturbances=disturbances(repeated, usual, cores),
                     attainable=attainable.get((key.vehicle, key.demands), 0.0),
+                    unique=key.vehicle in unique,
                     wrong_elsewhere=wrong.get((key.vehicle, key.method), ""),
                     wrong_on_others=others.get((key.vehicle, *_choice(key)), ""),
                     missed_elsewhere=(key.vehicle, described.twin or key.method) in missing,

@@ -95,9 +95,9 @@ def judge_times(
 
 
 CLOSE = 1.5
-"""Median CPU times within this factor count as equal: noise swaps them from run to run. Among equals a method
-whose worst case is known comes first, of these C that was generated for the vehicle: the costliest call of a
-library for all vehicles may take forty times as long, where its median is as short."""
+"""Median CPU times within this factor count as equal: noise swaps them from run to run."""
+SPARE = 0.01
+"""Share of the period below which a difference of medians decides nothing [-]: the loop has that time."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,6 +116,8 @@ class Size:
         1 where something that can be met was not delivered at all
     refusal : that, or what else it refuses, in words; empty where it answers all
     missing : share of the demands that can be met of which it leaves out more than SERVED_WITHIN [-]
+    unanswered : whether some demand that was asked, drawn or of a log, got no thrusts within the limits, or a
+        wrench of nothing
     picky : whether it refuses what can't be met, and delivers what can
     moving : whether a log's calls, or all, had limits of their own: C for these takes ``--limits call``
     freedom : n - rank T of the vehicle, None where it is not known
@@ -125,6 +127,7 @@ class Size:
     late, calls : number of late single calls, and of all single calls
     bound : share of late calls that is not exceeded with 95 % confidence [-]
     machines : whether the late calls were the machine's, not the method's
+    often : whether surely more than LATE_SHARE of all calls are late, by the method's doing
     cpu_us : like ``p50_us`` in the thread's own CPU time, which a busy machine disturbs less [us]
     rate_hz : highest rate that the slowest call seen allows [Hz]
     memory_MB : peak memory of the method's process [MB]
@@ -145,6 +148,7 @@ class Size:
     refused: float = 0.0
     refusal: str = ""
     missing: float = 0.0
+    unanswered: bool = False
     picky: bool = False
     moving: bool = False
     freedom: int | None = None
@@ -155,6 +159,7 @@ class Size:
     calls: int = 0
     bound: float | None = None
     machines: bool = False
+    often: bool = False
     cpu_us: float | None = None
     rate_hz: float | None = None
     memory_MB: float | None = None
@@ -165,21 +170,39 @@ class Size:
         """``missing`` in tenths, rounded up: below an exact method, as many count as equal."""
         return ceil(10 * self.missing)
 
-    def usefulness(self, fit: Fit | None = None) -> tuple[int, ...]:
-        """Class of a method with this fit, or its own: the least is the one to take first.
+    @property
+    def gap(self) -> int:
+        """Kind of demands without thrusts: 0 for none, 1 for some that were drawn, 2 for some of a log."""
+        return 2 if self.refused > 0 else int(self.unanswered)
 
-        In turn: whether its median fits, whether it answers all of a user's logs and of missions, whether it
-        is exact or how many ``tenths`` it misses, and whether its tail fits too. So exactness is given up
-        only where no exact method keeps up, and not for one late call in a million; without one, a rule that
-        delivers less is not taken for microseconds that the loop has.
+    def usefulness(self, fit: Fit | None = None, often: bool | None = None) -> tuple[int, ...]:
+        """Class of a method with this fit and tail, or its own: the least is the one to take first.
+
+        In turn: whether its median fits, whether it answers every demand that was asked, whether it is exact
+        or how many ``tenths`` it misses, and whether its tail is surely late. So exactness is given up only
+        where no exact method keeps up and answers all; without one, a rule that delivers less is not taken
+        for microseconds that the loop has. A tail that few calls leave open decides nothing, for how many
+        there are depends on the machine.
         """
-        fit = self.fit if fit is None else fit
-        return int(fit > Fit.MAY_FIT), int(self.refused > 0), int(not self.exact), self.tenths, int(fit)
+        fit, often = self.fit if fit is None else fit, self.often if often is None else often
+        tail = int(often) if fit <= Fit.WITHOUT_TAIL else int(fit) - 1
+        return int(fit > Fit.MAY_FIT), self.gap, int(not self.exact), self.tenths, tail
 
     @property
-    def precedence(self) -> tuple[int, int, float]:
-        """Place among medians that are CLOSE: a known worst case, C of its own, then what misses less."""
-        return int(self.steps is None), int(not self.twin), self.missing
+    def precedence(self) -> tuple[float, ...]:
+        """Place among medians that count as equal, by what no clock measures.
+
+        In turn: whether it answers what another dive may ask, keeps the limits, has a known worst case, is C
+        of the vehicle's own (the costliest call of a library for all may take forty times as long, where its
+        median is as short), needs no QP solver, and how much it misses.
+        """
+        facts = (self.picky, self.unlimited, self.steps is None, not self.twin, bool(self.solver))
+        return (*map(int, facts), self.missing)
+
+    @property
+    def place(self) -> tuple[Any, ...]:
+        """Place among medians that count as equal: ``precedence``, then the shorter name."""
+        return self.precedence, len(self.method), self.method, self.median_us, self.label
 
     @property
     def median_us(self) -> float:
@@ -187,18 +210,21 @@ class Size:
         return self.p50_us or 0.0 if self.cpu_us is None else self.cpu_us
 
 
-def rank_sizes(sizes: Sequence[Size]) -> list[Size]:
+def rank_sizes(sizes: Sequence[Size], period_us: float) -> list[Size]:
     """Sizes by vehicle, the one to take first: by ``usefulness``, then median, then ``precedence``.
 
+    Medians count as equal within CLOSE, and within SPARE of the control period [us].
     ``instrument/sizing.js`` of the report walks the same two keys for a rate that is typed there.
     """
     ranked: list[Size] = []
-    by_median = sorted(sizes, key=lambda s: (s.vehicle, s.usefulness(), s.median_us, s.label))
+    by_median = sorted(sizes, key=lambda s: (s.vehicle, s.usefulness(), s.median_us))
     for _, alike in groupby(by_median, key=lambda s: (s.vehicle, s.usefulness())):
         left = list(alike)
         while left:
-            close = [size for size in left if size.median_us <= CLOSE * left[0].median_us]
-            ranked += sorted(close, key=attrgetter("precedence"))
+            least = left[0].median_us
+            equal = max(CLOSE * least, least + SPARE * period_us)
+            close = [size for size in left if size.median_us <= equal]
+            ranked += sorted(close, key=attrgetter("place"))
             left = left[len(close) :]
     return ranked
 
@@ -217,7 +243,10 @@ def worst_size(there: Mapping[str, Size]) -> Size:
     every = there.values()
     numbers: dict[str, Any] = {
         name: largest(map(attrgetter(name), every))
-        for name in ("missing", "moving", "refused", "p50_us", "max_us", "cpu_us", "bound", "memory_MB")
+        for name in (
+            *("missing", "moving", "refused", "unanswered", "picky", "often"),
+            *("p50_us", "max_us", "cpu_us", "bound", "memory_MB"),
+        )
     }
     return replace(
         size,
@@ -232,11 +261,10 @@ def worst_size(there: Mapping[str, Size]) -> Size:
     )
 
 
-def rank_labels(sizes: Sequence[Size]) -> list[str]:
+def rank_labels(sizes: Sequence[Size], period_us: float) -> list[str]:
     """The labels of all methods by their worst on any vehicle, the most useful first."""
     by_label: dict[str, dict[str, Size]] = {}
     for size in sizes:
         by_label.setdefault(size.label, {})[size.vehicle] = size
-    return [
-        size.label for size in rank_sizes([replace(worst_size(own), vehicle="") for own in by_label.values()])
-    ]
+    worst = [replace(worst_size(own), vehicle="") for own in by_label.values()]
+    return [size.label for size in rank_sizes(worst, period_us)]

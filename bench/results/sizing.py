@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import pairwise
 from math import inf, prod
-from operator import itemgetter
 from statistics import fmean
+from typing import NamedTuple
 
 from alloc.formulations import find_formulation
 from bench.record import NO_VEHICLE, SERVED_WITHIN, Problem
@@ -49,7 +49,22 @@ def unfit_reason(rows: Sequence[Row]) -> str:
     return ""
 
 
-def refusal(row: Row, problem: Problem | None) -> tuple[float, str]:
+class Refusal(NamedTuple):
+    """Refusals of a method on a demand set.
+
+    Attributes
+    ----------
+    share : of a log or mission that got no wrench [-]
+    words : what it refuses, empty where nothing
+    unanswered : whether any demand that was asked got none, of drawn ones too
+    """
+
+    share: float
+    words: str
+    unanswered: bool
+
+
+def refusal(row: Row, problem: Problem | None) -> Refusal:
     """The share of a log or mission that got no wrench, and in words what got none; 0 and empty for nothing.
 
     Of a log that was not asked whole it is the share that can't be met, for methods that refuse those. Of
@@ -58,18 +73,18 @@ def refusal(row: Row, problem: Problem | None) -> tuple[float, str]:
     next dive may ask for more. One that delivers nothing of a demand that can be met, or WEAK shares of most,
     counts as one that refuses all.
     """
-    refused, words = _refused(row, problem)
+    refused = _refused(row, problem)
     judged = row.measured.judged
     if max((each.missed_p50 or 0.0 for each in judged), default=0.0) >= WEAK:
-        return 1.0, MISSES[1]
+        return Refusal(1.0, MISSES[1], unanswered=True)
     missed = max((each.missed_max or 0.0 for each in judged), default=0.0)
-    return (1.0, MISSES[0]) if missed >= 1 and not refused else (refused, words)
+    return Refusal(1.0, MISSES[0], unanswered=True) if missed >= 1 and not refused.share else refused
 
 
-def _refused(row: Row, problem: Problem | None) -> tuple[float, str]:
+def _refused(row: Row, problem: Problem | None) -> Refusal:
     answered = row.answered_share
     if answered is None:
-        return 0.0, ""
+        return Refusal(0.0, "", unanswered=False)
     refused, run = 1 - answered, max(judged.refused_longest for judged in row.measured.judged)
     crossed = ""
     if problem is not None and any(cell.limited for cell in row.measured.cells):
@@ -85,18 +100,20 @@ def _refused(row: Row, problem: Problem | None) -> tuple[float, str]:
     nothing = max(judged.nothing_share for judged in row.measured.judged) if in_time else 0.0
     if not refused + nothing:
         words = UNMET if in_time and refuses(row.formulation) else ""
-        return 0.0, f"{words}, and {crossed}" if words and crossed else words or crossed
+        words = f"{words}, and {crossed}" if words and crossed else words or crossed
+        return Refusal(0.0, words, unanswered=False)
     if problem is None or not in_time:
-        return 0.0, UNMET
+        return Refusal(0.0, UNMET, unanswered=True)
     refused += nothing
     if not problem.given:
-        return refused, f"some of {row.demands} by giving nothing" if nothing else f"{UNMET} of {row.demands}"
+        words = f"some of {row.demands} by giving nothing" if nothing else f"{UNMET} of {row.demands}"
+        return Refusal(refused, words, unanswered=True)
     words = f"{percent(refused)} of {row.demands}'s demands{' by giving nothing' if nothing else ''}"
     if run and problem.rate_hz:
         words += f", up to {three(run / problem.rate_hz)} s at a stretch"
     elif run:
         words += f", up to {plural(run, 'demand')} in a row"
-    return refused, f"{words}, and {crossed}" if crossed else words
+    return Refusal(refused, f"{words}, and {crossed}" if crossed else words, unanswered=True)
 
 
 def refuses(formulation: str) -> bool:
@@ -213,6 +230,13 @@ def machine_excuse(
     )
 
 
+def is_surely_late(late: int, calls: int) -> bool:
+    """True if so many late calls of all have less than the probability CHANCE at a share of LATE_SHARE."""
+    from scipy.special import betainc
+
+    return late > 0 and bool(betainc(late, calls - late + 1, LATE_SHARE) < CHANCE)
+
+
 def sizes(run: Run, loop: Loop, transfer: Transfer | None = None, demands: str = "") -> list[Size]:
     """Every method, start and level of a run, ``rank_sizes``; on all demand sets, or on one.
 
@@ -223,7 +247,7 @@ def sizes(run: Run, loop: Loop, transfer: Transfer | None = None, demands: str =
     if transfer or demands:
         groups = [[row for row in rows if demands in ("", row.demands)] for rows in sized_methods(run)]
         pools = [pool_rows(run, rows, transfer) for rows in groups if rows]
-    return rank_sizes([pool.size(loop) for pool in pools])
+    return rank_sizes([pool.size(loop) for pool in pools], loop.period_us)
 
 
 def sized_methods(run: Run) -> list[list[Row]]:
@@ -262,17 +286,18 @@ class Pool:
         if own.reason:
             return own
         late, bound = self.late(loop.limit_us)
-        fit, reason, machines = self.verdict(loop.limit_us)
+        fit, reason, machines, often = self.verdict(loop.limit_us)
         rate = loop.highest_rate_hz(own.max_us) if own.max_us else None
-        return replace(own, fit=fit, reason=reason, late=late, bound=bound, machines=machines, rate_hz=rate)
+        own = replace(own, fit=fit, reason=reason, late=late, bound=bound, rate_hz=rate)
+        return replace(own, machines=machines, often=often)
 
     def late(self, limit_us: float) -> tuple[int, float | None]:
         """Number of calls later than a limit, and the bound on their share: None without calls."""
         late = self._tally.later(limit_us)
         return late, late_bound(late, self.static.calls) if self.static.calls else None
 
-    def verdict(self, limit_us: float) -> tuple[Fit, str, bool]:
-        """Fit of calls to a limit, why not better, and whether late calls were the machine's doing."""
+    def verdict(self, limit_us: float) -> tuple[Fit, str, bool, bool]:
+        """Fit of calls to a limit, why not better, whether late calls were the machine's, or come often."""
         static, (late, bound) = self.static, self.late(limit_us)
         excuse = ""
         if self.pauses and static.p50_us is not None:
@@ -283,15 +308,21 @@ class Pool:
             fit, reason = judge_times(
                 limit_us, static.p50_us, static.p999_us, static.max_us, bound, estimated=self.pauses is None
             )
-        return fit, reason or excuse, bool(excuse)
+        often = (
+            fit == Fit.WITHOUT_TAIL
+            and bool(self.pauses)
+            and not excuse
+            and is_surely_late(late, static.calls)
+        )
+        return fit, reason or excuse, bool(excuse), often
 
-    def verdicts(self) -> list[tuple[float, Fit, str]]:
-        """Every verdict, with the limit [us] from which it holds, up to that of the next."""
+    def verdicts(self) -> list[tuple[float, Fit, str, bool]]:
+        """Every verdict and whether calls are late often, with the limit [us] from which that holds."""
         p50 = self.static.p50_us
         if self.static.reason:
-            return [(0.0, self.static.fit, self.static.reason)]
+            return [(0.0, self.static.fit, self.static.reason, False)]
         if p50 is None:
-            return [(0.0, *self.verdict(0.0)[:2])]
+            return [(0.0, *self.verdict(0.0)[:2], False)]
         shown = [p50, self.static.p999_us, self.static.max_us, p50 * (self.static.steps or 0)]
         times = {time for time in [*shown, *(ns / 1000 for ns, _ in self.singles)] if time and time >= p50}
         excess = [p50 + ns / 1000 for ns, _ in self.pauses.excess] if self.pauses else []
@@ -302,10 +333,10 @@ class Pool:
                 between = excess[bisect_right(excess, limit) : bisect_left(excess, until)]
                 at = bisect_left(between, True, key=lambda us: self.verdict(us) != first)
                 limits.update((us, self.verdict(us)) for us in between[at : at + 1])
-        found: list[tuple[float, Fit, str]] = []
-        for us, (fit, reason, _) in limits.items():
-            if not found or found[-1][1:] != (fit, reason):
-                found.append((us, fit, reason))
+        found: list[tuple[float, Fit, str, bool]] = []
+        for us, (fit, reason, _, often) in limits.items():
+            if not found or found[-1][1:] != (fit, reason, often):
+                found.append((us, fit, reason, often))
         return found
 
 
@@ -336,15 +367,17 @@ def pool_rows(run: Run, rows: Sequence[Row], transfer: Transfer | None = None) -
     known = [each for each in problems if each]
     moving = any(p.moving and p.given for p in known) or (bool(known) and all(p.moving for p in known))
     refusals = [refusal(row, each) for row, each in zip(rows, problems, strict=True)]
-    refused, words = max((found for found in refusals if found[1]), key=itemgetter(0), default=(0.0, ""))
+    said = max((each for each in refusals if each.words), default=Refusal(0.0, "", unanswered=False))
     size = replace(
         size,
         exact=is_exact_everywhere(rows),
         missing=missing_share(rows),
-        refused=refused,
-        refusal=words,
+        unanswered=any(each.unanswered for each in refusals)
+        or (first.unlimited and any(row.limits_violated_share for row in rows)),
+        refused=said.share,
+        refusal=said.words,
         moving=moving,
-        picky=refuses(first.formulation) and words not in MISSES,
+        picky=refuses(first.formulation) and said.words not in MISSES,
         p50_us=p50,
         p999_us=None if tail is None or p50 is None or tail / 1000 < p50 else tail / 1000,
         max_us=None if transfer or not singles else singles[-1][0] / 1000,

@@ -68,7 +68,7 @@ function update() {
   const machines = chosenMachines();
   document.querySelectorAll("[name=machine]").forEach((box) => (box.checked = machines.includes(data.machines[box.value])));
   const sizes = machines.map((machine) => machine.methods.filter((m) => m.vehicle === state.vehicle && (machine.cpi || m.pools.some((pool) => pool.demands === state.demands))).map((m) => sizeOf(machine, m, loop, state.demands)));
-  const every = onAll(sizes);
+  const every = onAll(sizes, loop);
   const ranked = state.every ? every : bestOfEach(every);
   const where = machines.length > 1 ? " on every machine that has it" : "";
   by("verdict").textContent = verdict(ranked.filter(wanted), state.vehicle, loop, where);

@@ -49,16 +49,19 @@ function counted(machine, size, loop) {
 // The order is Python's, Size.usefulness and Size.precedence: lists of numbers, least first. Here they are walked.
 const byNumbers = (a, b) => a.map((value, i) => value - b[i]).find(Boolean) ?? 0;
 const worst = (lists) => lists.reduce((a, b) => a.map((value, i) => Math.max(value, b[i])));
+const byName = (a, b) => (a === b ? 0 : a.length - b.length || (a < b ? -1 : 1));
+const byPlace = (a, b) => byNumbers(a.precedence, b.precedence) || byName(a.method, b.method) || median(a) - median(b) || (a.label < b.label ? -1 : 1);
 const median = (size) => size.cpu ?? size.p50 ?? 0;
 const alike = (a, b) => byNumbers(a.usefulness, b.usefulness) === 0;
 
-function ordered(sizes) {
-  let left = [...sizes].sort((a, b) => byNumbers(a.usefulness, b.usefulness) || median(a) - median(b) || (a.label < b.label ? -1 : 1));
+function ordered(sizes, loop) {
+  let left = [...sizes].sort((a, b) => byNumbers(a.usefulness, b.usefulness) || median(a) - median(b));
   const found = [];
   while (left.length) {
-    const close = left.filter((size) => alike(size, left[0]) && median(size) <= data.close * median(left[0]));
+    const least = median(left[0]), equal = Math.max(data.close * least, least + data.spare * loop.period);
+    const close = left.filter((size) => alike(size, left[0]) && median(size) <= equal);
     left = left.slice(close.length);
-    found.push(...close.sort((a, b) => byNumbers(a.precedence, b.precedence)));
+    found.push(...close.sort(byPlace));
   }
   return found;
 }
@@ -69,24 +72,24 @@ function bestOfEach(sizes) {
 }
 
 // What one method takes in the worst of several machines; those that not all of them have measured are left out.
-function onAll(byMachine) {
+function onAll(byMachine, loop) {
   const places = byMachine.filter((sizes) => sizes.length);
-  if (byMachine.length === 1) return ordered(byMachine[0]).map((size) => ({ ...size, there: [size] }));
+  if (byMachine.length === 1) return ordered(byMachine[0], loop).map((size) => ({ ...size, there: [size] }));
   const found = [];
   for (const first of places[0] ?? []) {
     const there = places.map((sizes) => sizes.find((size) => size.label === first.label));
     if (there.includes(undefined)) continue;
     const unfit = there.reduce((a, b) => (b.fit > a.fit ? b : a)), refusing = there.reduce((a, b) => (b.refused > a.refused || (b.refused === a.refused && b.refusal > a.refusal) ? b : a));
     const tails = there.map((size) => size.p999), rates = there.map((size) => size.up_to).filter((rate) => rate !== null);
-    const largest = ["refused", "p50", "cpu", "max", "bound", "memory_MB", "lost"].map((key) => [key, most(there.map((size) => size[key]))]);
+    const largest = ["refused", "gap", "p50", "cpu", "max", "bound", "memory_MB", "lost"].map((key) => [key, most(there.map((size) => size[key]))]);
     found.push({
-      ...unfit, ...Object.fromEntries(largest), there, reason: unfit.reason ? `${unfit.machine}: ${unfit.reason}` : "", exact: there.every((size) => size.exact), refusal: refusing.refusal,
+      ...unfit, ...Object.fromEntries(largest), there, reason: unfit.reason ? `${unfit.machine}: ${unfit.reason}` : "", exact: there.every((size) => size.exact), picky: there.some((size) => size.picky), refusal: refusing.refusal,
       usefulness: worst(there.map((size) => size.usefulness)), precedence: worst(there.map((size) => size.precedence)),
       p999: tails.includes(null) ? null : most(tails), late: sum(there.map((size) => size.late)), calls: sum(there.map((size) => size.calls)),
       up_to: rates.length ? Math.min(...rates) : null, served: there.map((size) => size.served).find(Boolean) ?? "",
     });
   }
-  return ordered(found);
+  return ordered(found, loop);
 }
 
 // Three significant digits, as bench/results/text.py prints them.
@@ -111,17 +114,16 @@ function verdict(sizes, vehicle, loop, where) {
   const late = sizes.find((size) => size.exact && size.fit === DOES_NOT_FIT), picky = sizes.find((size) => size.exact && size.refused && size.fit <= MAY_FIT);
   const inexact = picky ? `${picky.spoken} is exact but refuses some demands` : late ? `${late.label} is exact but too slow` : "no exact method was measured";
   const exactness = (first.exact ? "exact" : `not exact (${inexact})`) + (first.unlimited ? ", knows no limits" : "");
-  const exact = first.refusal ? `${exactness}, refuses ${first.refusal}` : sizes.some((size) => size.refused) ? `${exactness}, answers every demand` : exactness;
+  const exact = first.refusal ? `${exactness}, refuses ${first.refusal}` : !first.gap && sizes.some((size) => size.gap) ? `${exactness}, answers every demand` : exactness;
   const share = (first.p50 ?? 0) / loop.period;
   let text = `${question}: take ${first.spoken}; ${exact}; ${share < 1e-4 ? "under 0.01 %" : percent(share)} of the period`;
   if (first.fit === WITHOUT_TAIL) text += `, its tail not shown to fit (${first.reason})`;
   if (first.fit === MAY_FIT) text += `, which may fit (${first.reason})`;
   // Where another such method answers all that the first does, who refuses more has given up.
   const exacting = sizes.filter((size) => size.picky), refusing = exacting[0];
-  if (refusing && exacting.every((size) => size.refused > first.refused)) text += `; ${refusing.spoken} refuses ${refusing.refusal}`;
+  if (refusing && exacting.every((size) => byNumbers([size.gap, size.refused], [first.gap, first.refused]) > 0)) text += `; ${refusing.spoken} refuses ${refusing.refusal}`;
   if (first.freedom === 0) text += "; no spare thruster: each wrench has one solution";
-  const others = sizes.slice(1).filter((size) => alike(size, first) && size.method !== first.twin && (first.refusal || !size.refusal));
-  const other = others.find((size) => size.solver) ?? others[0];
+  const other = sizes.slice(1).find((size) => alike(size, first) && size.method !== first.twin && (first.refusal || !size.refusal));
   return other ? `${text}; ${other.spoken} would do too.` : `${text}.`;
 }
 

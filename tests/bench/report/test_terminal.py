@@ -203,7 +203,7 @@ def test_no_label_is_cut_short_in_a_file_however_narrow_the_terminal_was(tmp_pat
 
 
 def test_a_run_s_end_opens_with_what_to_take_and_lists_the_most_useful_first(tmp_path: Path) -> None:
-    cells = [exact_cell("ukwial", "b-exact", 2.0), exact_cell("ukwial", "z-exact", 1.0)]
+    cells = [exact_cell("ukwial", "b-exact", 200.0), exact_cell("ukwial", "z-exact", 1.0)]
     cells.append(msgspec.structs.replace(exact_cell("ukwial", "a-rule", 0.1), formulation="clip"))
     record(tmp_path, header(), *cells)
     text = StringIO()

@@ -117,7 +117,7 @@ def test_methods_that_not_every_machine_measured_are_counted(many: NamedRun, tmp
     other = run(tmp_path / "other", "two", exact("m00", 2.0))
     sized = {machine.name: sizes(machine.run, USUAL) for machine in (many, other)}
     everyone = {size.method for own in sized.values() for size in own}
-    left_out = len(everyone) - len({size.method for size in sizes_on_all(sized)})
+    left_out = len(everyone) - len({size.method for size in sizes_on_all(sized, USUAL)})
     assert count_partial_methods(sized) == {"ukwial": left_out}
     said = f"- ukwial: {left_out} methods without a verdict, not measured on every machine."
     assert said in together.page([many, other])

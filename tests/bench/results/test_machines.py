@@ -234,7 +234,7 @@ def test_what_fits_on_all_machines_is_the_worst_of_them_and_asked_of_all(tmp_pat
         folder(tmp_path, "b", steady("quick", 3, exact=True), steady("slow", 1500, exact=True), cpu="Slow"),
     ]
     sized = {machine.name: sizes(machine.run, LOOP) for machine in read_machines(folders)}
-    together = sizes_on_all(sized)
+    together = sizes_on_all(sized, LOOP)
     assert [(size.label, size.fit, size.p50_us) for size in together] == [
         ("quick", Fit.FITS, 3.0),
         ("slow", Fit.DOES_NOT_FIT, 1500.0),
@@ -263,7 +263,7 @@ def test_an_emulated_processor_stands_among_machines_at_its_clock(tmp_path: Path
     machines: list[NamedRun] = read_machines([folder(tmp_path, "a", timed), emulated])
 
     def fits(loop: Loop) -> Size:
-        (size,) = sizes_on_all(machine_sizes(machines, loop, 6e6))
+        (size,) = sizes_on_all(machine_sizes(machines, loop, 6e6), loop)
         return size
 
     assert fits(Loop(1000, 0.1)).fit == Fit.FITS

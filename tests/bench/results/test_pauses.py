@@ -116,8 +116,9 @@ def test_the_table_of_verdicts_says_at_every_limit_what_the_verdict_is(
     table = pool.verdicts()
     at = {ns / 1000 for ns, _ in singles} | {p50 + ns / 1000 for ns in pauses} | {p50, p50 * (steps or 0)}
     for limit in [us * near for us in at for near in (1 - 1e-9, 1, 1 + 1e-9, 1.001)]:
-        *_, (_, fit, reason) = [entry for entry in table if entry[0] <= limit]
-        assert (fit, reason) == pool.verdict(limit)[:2]
+        *_, (_, fit, reason, often) = [entry for entry in table if entry[0] <= limit]
+        verdict = pool.verdict(limit)
+        assert (fit, reason, often) == (*verdict[:2], verdict[3])
     assert [entry[1:] for entry in table] != [entry[1:] for entry in table[1:]]
 
 
@@ -143,8 +144,18 @@ def test_of_medians_that_are_close_the_one_with_a_known_worst_case_comes_first(
         replace(steady("bounded", bounded_us, exact=True), worst_case_steps=20),
         steady("solver", 10, exact=True),
     ]
-    found = sizes(made_up.run(tmp_path, *cells), Loop(100))
+    found = sizes(made_up.run(tmp_path, *cells), Loop(10_000, 0.5))
     assert found[0].label == first
+
+
+@pytest.mark.parametrize(("late", "first"), [(1, "a"), (12, "a"), (30, "bb")])
+def test_a_tail_counts_where_it_is_surely_late_and_not_for_a_few_calls(
+    late: int, first: str, tmp_path: Path
+) -> None:
+    """Ten of 10,000 calls may be late; twelve are chance, thirty are not."""
+    cell = replace(steady("a", 2, exact=True), singles=[(2_000, 10_000 - late), (2_000_000, late)])
+    few = replace(steady("bb", 3, exact=True), singles=[(3_000, 100)])
+    assert sizes(made_up.run(tmp_path, cell, few), Loop(100))[0].label == first
 
 
 def test_methods_are_ranked_by_their_own_cpu_time_and_not_by_what_else_the_machine_did(
@@ -153,7 +164,7 @@ def test_methods_are_ranked_by_their_own_cpu_time_and_not_by_what_else_the_machi
     """The faster method's batches were held up in each repeat: 90 µs by the wall, 2 µs of its own."""
     held_up = replace(steady("fast", 90, exact=True), batches=[Batch(100, 9_000_000, 200_000, 40)])
     run = made_up.run(tmp_path, held_up, steady("slow", 50, exact=True))
-    first, second = sizes(run, Loop(100))
+    first, second = sizes(run, Loop(1000, 0.2))
     assert (first.label, first.p50_us, second.label) == ("fast", 90.0, "slow")
 
 

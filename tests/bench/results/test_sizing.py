@@ -79,11 +79,42 @@ def test_exact_methods_come_first_and_cheap_ones_before_dear_ones(tmp_path: Path
     run = run_of(
         tmp_path,
         steady("clip", 1, exact=False),
-        steady("dear", 20, exact=True),
+        steady("dear", 200, exact=True),
         steady("cheap", 2, exact=True),
         steady("slow", 5000, exact=True),
     )
     assert labels(sizes(run, HUNDRED_HZ)) == ["cheap", "dear", "clip", "slow"]
+
+
+@pytest.mark.parametrize(("us", "first"), [(101.9, "a"), (102.1, "bb")])
+def test_a_difference_below_one_per_cent_of_the_period_decides_nothing(
+    us: float, first: str, tmp_path: Path
+) -> None:
+    """Microseconds that the loop has made the choice, and from run to run another one."""
+    run = run_of(tmp_path, steady("bb", 2, exact=True), steady("a", us, exact=True))
+    assert labels(sizes(run, HUNDRED_HZ))[0] == first
+
+
+def test_how_many_calls_a_machine_has_time_for_decides_nothing(tmp_path: Path) -> None:
+    """Advice hung on "too few calls", so a slower machine got another."""
+    few = replace(steady("a", 9, exact=True), singles=[(9_000, 900)])
+    first, second = sizes(run_of(tmp_path, few, steady("bb", 9, exact=True)), HUNDRED_HZ)
+    assert (first.label, first.reason, second.fit) == ("a", "too few calls", Fit.FITS)
+
+
+def test_without_a_spare_thruster_what_misses_nothing_is_exact_and_goes_before_a_solver(
+    tmp_path: Path,
+) -> None:
+    """A solver's C "would do too", and closed forms that are as exact, six times faster, were not named."""
+    square = replace(made_up.problem("ukwial"), n=3, nullity=0)
+    cells = [steady("scaled", 2, exact=True), steady("qp/qrqp", 12, exact=True)]
+    for method, missed in (("clip", 0.0), ("bad", 0.2)):
+        judged = {"missed_max": missed, "loss": {"answered_share": 1.0}, "distance_rel_max": None}
+        cells.append(made_up.judge(steady(method, 3, exact=False), **judged))
+    found = sizes(made_up.run(tmp_path, square, made_up.solver("qp/qrqp"), *cells), HUNDRED_HZ)
+    assert [(size.label, size.exact) for size in found] == [
+        ("clip", True), ("scaled", True), ("qp/qrqp", True), ("bad", False)
+    ]  # fmt: skip
 
 
 def test_a_method_with_a_wrong_answer_is_unknown_with_the_reason(tmp_path: Path) -> None:
