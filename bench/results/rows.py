@@ -17,7 +17,19 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from bench.record import NO_VEHICLE, Capability, Cell, Header, Key, Method, Problem, Record, Worker, read
+from bench.record import (
+    NO_VEHICLE,
+    Capability,
+    Cell,
+    Header,
+    Key,
+    Method,
+    Problem,
+    Record,
+    Served,
+    Worker,
+    read,
+)
 from bench.results.columns import Row, columns
 from bench.results.quantiles import Histogram, Repeats, group, largest, merge, quantile
 
@@ -264,6 +276,13 @@ def count_answers(rows: Iterable[Row]) -> str:
     known = [(row.n_demands, row.answered_share) for row in rows]
     asked = sum(n for n, share in known if share is not None)
     return f"{sum(round(n * share) for n, share in known if share is not None)} of {asked}" if asked else ""
+
+
+def served_count(run: Run, row: Row) -> Served | None:
+    """Count of demands drawn evenly that the method, or the twin of generated C, was asked; None without."""
+    capability = run.capability(row.vehicle)
+    whole = [s for s in capability.served if s.fault is None] if capability else []
+    return next((s for name in (row.method, row.described.twin) for s in whole if s.method == name), None)
 
 
 def read_run(directory: Path) -> Run:

@@ -1,7 +1,9 @@
 """Report sections that open it: method to take, cost of exactness and limits, methods to compare."""
 
+from collections.abc import Sequence
+
 from alloc.formulations import Family
-from bench.record import SERVED_WITHIN
+from bench.record import SERVED_WITHIN, Served
 from bench.record.schema import machine_name
 from bench.report.pictures import picture
 from bench.report.verdict import (
@@ -29,7 +31,7 @@ from bench.results.ranking import (
     uncounted_methods,
     unmeasured_plugins,
 )
-from bench.results.rows import Run
+from bench.results.rows import Run, served_count
 from bench.results.sizing import sized_methods
 from bench.results.text import number_range, plain, plural, table, three
 
@@ -119,14 +121,17 @@ def _cost(run: Run) -> str:
 
 
 def _loss(run: Run) -> str:
-    served, lost, turned, hopeless = [], [], [], False
+    served, lost, turned, asked, hopeless = [], [], [], 0, False
+    counts: list[Served] = []
     for rows in _typical(run):
         pinv = row_of_method(rows, "pinv")
         if pinv is not None:
             served += [100 * share for share in _numbers(served_share(run, pinv.vehicle, pinv))]
+            counts += [count for count in [served_count(run, pinv)] if count]
             lost += _numbers(pinv.lost_wrench_max)
             turned += _numbers(pinv.direction_error_max_deg)
             problem = run.problem_by_set.get((pinv.vehicle, pinv.demands))
+            asked += pinv.n_demands
             hopeless = hopeless or bool(problem and problem.labels.get("infeasible"))
     parts = []
     if served:
@@ -134,17 +139,32 @@ def _loss(run: Run) -> str:
             f"Without limits, f = T* τ serves {number_range(served)} % of what a vehicle can do: that much is"
             " delivered within 1 %"
         )
+    some = ", some of which no thrusts meet," if hopeless else ""
+    where = f"on the {asked} demands asked{some}"
+    worst = [loss for count in counts for loss in (count.sample, count.corners) if loss]
+    logs = any(run.is_log(*each) for each in run.main_sets)  # whose demands matter more than any drawn
+    if not logs and 0 < len(served) == len(counts) and all(count.sample for count in counts):
+        lost = [loss.missed_max for loss in worst]
+        turned = [loss.turned_max_deg for loss in worst if loss.turned_max_deg is not None]
+        where = _of_what(counts)
     if turned and max(lost, default=0.0) > SERVED_WITHIN:  # else no demand was asked that is not served
-        where = "on demands beyond that, what its thrusters deliver"
-        if hopeless or not served:
-            some = ", some of which no thrusts meet," if hopeless else ""
-            where = f"on the demands asked{some} what f = T* τ, cut at the limits, delivers"
+        who = "it" if served else "f = T* τ"
         parts.append(
-            f"{where} misses up to {three(100 * max(lost))} % of the wrench"
-            f" and points up to {three(max(turned))}° away"
+            f"{where} what {who} delivers, cut at the limits, misses up to {three(100 * max(lost))} % of the"
+            f" wrench and points up to {three(max(turned))}° away"
         )
     text = "; ".join(parts)
     return f"{text[:1].upper()}{text[1:]}." if text else ""
+
+
+def _of_what(counts: Sequence[Served]) -> str:
+    """The demands whose worst is told, in words."""
+    n = max(count.n_demands for count in counts)
+    corners = [count.corners for count in counts if count.corners]
+    if not corners:
+        return f"at the worst of {n:,} demands drawn evenly from that (its corners are too many)"
+    which = "its corners" if len(corners) == len(counts) else "its corners, where these are few,"
+    return f"at the worst of {which} and of {n:,} demands drawn evenly from it"
 
 
 def _trust(run: Run) -> str:

@@ -7,7 +7,7 @@ from bench.record import Problem, Served
 from bench.results.columns import Row
 from bench.results.quantiles import largest
 from bench.results.ranking import best_rows, largest_loss
-from bench.results.rows import Run, count_answers
+from bench.results.rows import Run, count_answers, served_count
 from bench.results.text import percent, plain, table, three
 
 LOSSES = """## What you lose
@@ -50,7 +50,7 @@ def _vehicle(run: Run, vehicle: str) -> list[str]:
     keeping = [row for row in shown.values() if kept(row.label, asked)]
     # One that gives up on easy demands alone would have a row without a loss.
     sets = asked if any(kept(row.label, hard) and row not in keeping for row in shown.values()) else hard
-    counted = {row.label: _served(run, row) for row in shown.values()}
+    counted = {row.label: served_count(run, row) for row in shown.values()}
     n_drawn = max(
         (served.sample.n_demands for served in counted.values() if served and served.sample), default=0
     )
@@ -93,7 +93,7 @@ def nothing_lost(run: Run, vehicle: str, keeping: Sequence[Row]) -> list[str]:
 
     A method that was asked demands drawn evenly, and lost some of one, is left out.
     """
-    counted = {row.label: _served(run, row) for row in keeping}
+    counted = {row.label: served_count(run, row) for row in keeping}
     problems = [p for p in run.record.problems if p.vehicle == vehicle]
     n = sum(p.labels.get("inactive", 0) + p.labels.get("active", 0) for p in problems)
     here = f"the {n:,} attainable demands above" if n else "all attainable demands above"
@@ -117,13 +117,6 @@ def loses(served: Served) -> bool:
     if served.sample is None:
         return served.within_1pct < served.n_demands
     return served.sample.missed_max > WRENCH_TOLERANCE
-
-
-def _served(run: Run, row: Row) -> Served | None:
-    """Count of demands drawn evenly that the method, or the twin of generated C, was asked."""
-    capability = run.capability(row.vehicle)
-    whole = [s for s in capability.served if s.fault is None] if capability else []
-    return next((s for name in (row.method, row.described.twin) for s in whole if s.method == name), None)
 
 
 def _drawn(served: Served | None) -> str:

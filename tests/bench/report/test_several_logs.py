@@ -76,7 +76,7 @@ def test_what_turns_and_goes_beyond_limits_is_the_worst_of_the_logs(tmp_path: Pa
     text = losses.losses(run_of(tmp_path / "run", "a_easy", "b_hard"), frozenset())
     assert "a_easy and b_hard: turn [°]" in text
     (line,) = [line for line in text.splitlines() if line.startswith("| clip")]
-    assert [each.strip() for each in line.split("|")[2:5]] == ["0 %, 0 %", "60.0 %, 60.0 %", "60.0"]
+    assert [each.strip() for each in line.split("|")[3:6]] == ["0 %, 0 %", "60.0 %, 60.0 %", "60.0"]
 
 
 def test_on_board_logs_of_one_kind_stand_together_with_the_worst(tmp_path: Path) -> None:
