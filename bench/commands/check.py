@@ -33,6 +33,7 @@ def command(vehicle: str, as_json: bool, probe: bool, picture: Path | None, no_p
     from alloc.lint.check import check_vehicle
     from alloc.lint.probe import as_text, probes
     from alloc.lint.report import as_table, to_json
+    from bench.judging.weak import weak_lines
 
     if picture is not None and picture.suffix.lower() not in (".svg", ".pdf", ".png"):
         raise click.UsageError(f"--picture {picture}: name a file that ends in .svg, .pdf or .png")
@@ -40,6 +41,8 @@ def command(vehicle: str, as_json: bool, probe: bool, picture: Path | None, no_p
     drawn, mounting = _read(report.path) if report.facts is not None else (None, None)
     tried = probes(drawn) if probe and drawn is not None else None
     echo(to_json(report, tried) if as_json else as_table(report))
+    for line in weak_lines(drawn) if drawn is not None and not as_json else []:
+        echo(line)
     if tried is not None and not as_json:
         echo(as_text(tried))
     if drawn is not None and mounting is not None and (picture or not (as_json or no_picture)):

@@ -12,6 +12,7 @@ answering(vehicle) : the vehicle that must answer the demands, where that is a d
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -23,6 +24,7 @@ from alloc.allocation import BoolArray, FloatArray
 from alloc.errors import unknown
 from alloc.files import modules
 from alloc.vehicle.call_limits import limits_of
+from bench.demands.strong import strong_demands, strong_vehicle, unasked_weak_axes
 
 if TYPE_CHECKING:
     from bench.inputs.logs import LogOptions
@@ -61,6 +63,8 @@ class DemandSet:
     taus : (N, k) wrenches [N, N m], in time order where there is one
     labels : (N,) values of ``alloc.Label``
     alpha : (N,) alpha* of each demand
+    hard_labels, hard_alpha : the same of eq. 4-5, which holds weak directions at the demand; None where no
+        direction is weak but those that are lost. There ``labels`` and ``alpha`` are of the strong part
     rate_hz : sampling rate, None where the demands are no sequence in time
     left_out : demands of a file that are beyond the number asked for
     beyond, beyond_longest : of all demands of a file, these included, how many can't be met, and how many of
@@ -77,6 +81,8 @@ class DemandSet:
     taus: FloatArray
     labels: NDArray[np.int8]
     alpha: FloatArray
+    hard_labels: NDArray[np.int8] | None = None
+    hard_alpha: FloatArray | None = None
     rate_hz: float | None = None
     left_out: int = 0
     beyond: int = 0
@@ -87,6 +93,15 @@ class DemandSet:
     gaps: tuple[int, ...] = ()
     f_min: FloatArray | None = None
     f_max: FloatArray | None = None
+
+    def labels_for(self, *, strong: bool) -> NDArray[np.int8]:
+        """``labels`` (N,) of the strong part, or of eq. 4-5."""
+        return self.labels if strong or self.hard_labels is None else self.hard_labels
+
+    @cached_property
+    def strong(self) -> tuple[Vehicle, FloatArray]:
+        """The vehicle without weak directions, and what demands (N, k) ask of it [N, N m]."""
+        return strong_vehicle(self.vehicle), strong_demands(self.vehicle, self.taus)
 
     @property
     def unmet(self) -> BoolArray:
@@ -134,8 +149,10 @@ def build_demands(
     answering = module.answering(vehicle) if hasattr(module, "answering") else vehicle
     rate_hz = getattr(module, "RATE_HZ", None)
     if hasattr(module, "within"):
-        return labelled(str(name), answering, *module.within(vehicle, rng, count), rate_hz=rate_hz)
-    return labelled(str(name), answering, module.demands(vehicle, rng, count), rate_hz=rate_hz)
+        taus, *limits = module.within(vehicle, rng, count)
+    else:
+        taus, limits = module.demands(vehicle, rng, count), []
+    return labelled(str(name), answering, unasked_weak_axes(answering, taus), *limits, rate_hz=rate_hz)
 
 
 def along_axes(vehicle: Vehicle, n: int) -> FloatArray:
@@ -150,7 +167,7 @@ def along_axes(vehicle: Vehicle, n: int) -> FloatArray:
         a + b for i, one in enumerate(unit) for a in (one, -one) for two in unit[:i] for b in (two, -two)
     ]
     two = np.reshape(pairs, (-1, vehicle.k))
-    reached = alpha_max(vehicle, two) if len(two) else np.zeros(0)
+    reached = alpha_max(strong_vehicle(vehicle), strong_demands(vehicle, two)) if len(two) else np.zeros(0)
     two = two * np.where((reached > 0) & np.isfinite(reached), 0.5 * reached, 0.5)[:, None]
     try:
         return np.vstack([rest, build_demands("axes", vehicle, 0, n).taus, two])
@@ -173,8 +190,11 @@ def labelled(
     """
     if f_min is not None or f_max is not None:
         f_min, f_max = limits_of(vehicle, len(taus), f_min, f_max)
-    margins = label(vehicle, taus, f_min=f_min, f_max=f_max)
-    for array in (taus, margins.label, margins.alpha, f_min, f_max):
+    hard = label(vehicle, taus, f_min=f_min, f_max=f_max)
+    strong = strong_vehicle(vehicle)
+    whole = strong is vehicle
+    margins = hard if whole else label(strong, strong_demands(vehicle, taus), f_min=f_min, f_max=f_max)
+    for array in (taus, *margins[:2], *hard[:2], f_min, f_max):
         if array is not None:
             array.setflags(write=False)
     return DemandSet(
@@ -183,6 +203,8 @@ def labelled(
         taus=taus,
         labels=margins.label,
         alpha=margins.alpha,
+        hard_labels=None if whole else hard.label,
+        hard_alpha=None if whole else hard.alpha,
         rate_hz=rate_hz,
         f_min=f_min,
         f_max=f_max,
@@ -203,7 +225,8 @@ def _from_file(path: Path, vehicle: Vehicle, n: int | None, options: "LogOptions
 
     log = log_for(vehicle, path, options)
     low, high = row_limits(path, log.columns, vehicle)
-    margins = label(vehicle, log.taus, f_min=low, f_max=high)
+    strong = strong_vehicle(vehicle), strong_demands(vehicle, log.taus)
+    margins = label(*strong, f_min=low, f_max=high)
     crossed = crossing(len(log.taus), low, high)
     unmet = _unmet(margins.label, margins.alpha) & ~crossed
     low, high = (None if side is None else side[:n] for side in (low, high))

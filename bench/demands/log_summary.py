@@ -8,10 +8,10 @@ import numpy as np
 
 from alloc import Label, Vehicle, alpha_max
 from alloc.allocation import BoolArray, FloatArray
-from alloc.reach.attainable import single_axis_maxima
 from alloc.vehicle.geometry import unit
 from alloc.vehicle.limits import Interval
 from bench.demands import ATTAINED, DemandSet
+from bench.demands.strong import axis_maxima, strong_demands, strong_vehicle
 from bench.inputs.columns import VOLTS
 from bench.inputs.logs import after_gaps
 from bench.inputs.outputs import Outputs
@@ -201,7 +201,7 @@ def columns_of(volts: FloatArray | None, vehicle: Vehicle) -> tuple[dict[str, Fl
 
 def full_authority(vehicle: Vehicle) -> FloatArray:
     """(k,) the smaller of the largest wrenches both ways on each axis alone [N, N m]."""
-    backward, forward = single_axis_maxima(vehicle)
+    backward, forward = axis_maxima(vehicle)
     smaller: FloatArray = np.minimum(-backward, forward)
     return smaller
 
@@ -234,7 +234,7 @@ def _undone(
     attainable: BoolArray = np.ones(len(asked), dtype=bool)
     share = np.nan
     if known.all():
-        attainable = alpha_max(vehicle, asked, low, high) >= ATTAINED
+        attainable = alpha_max(strong_vehicle(vehicle), strong_demands(vehicle, asked), low, high) >= ATTAINED
         share = float(attainable.mean())
     lost = missed[attainable].mean(axis=0) if attainable.any() else np.zeros(len(axes))
     return Undone(axes, missed.mean(axis=0), missed.max(axis=0), share, lost)

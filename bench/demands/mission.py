@@ -20,9 +20,9 @@ import numpy as np
 from alloc import Vehicle, alpha_max, load_vehicle
 from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray
 from alloc.closed_forms.inverse import generalized_inverse
-from alloc.reach.attainable import single_axis_maxima
 from alloc.vehicle.frame import signs
 from alloc.vehicle.geometry import DOF
+from bench.demands.strong import axis_maxima, strong_demands, strong_vehicle
 
 MASS = 13.5
 """[kg]"""
@@ -159,7 +159,7 @@ def fly(
     axes = [DOF.index(axis) for axis in vehicle.dof]
     free = np.isin(np.arange(6), axes)
     per_newton = newtons_of_the_body(vehicle)
-    backward, forward = single_axis_maxima(vehicle)
+    backward, forward = axis_maxima(vehicle)
     setpoints, current, noise = _surroundings(rng, free)
     taus, poses = np.empty((n, vehicle.k)), np.empty((n, 6))
     pose, v, integral = np.zeros(6), np.zeros(6), np.zeros(6)
@@ -187,6 +187,7 @@ def fly(
 
 def largest_share(vehicle: Vehicle) -> Act:
     """The largest attainable share of a demand (``alloc.alpha_max``), or of its part that can be reached."""
+    vehicle = strong_vehicle(vehicle)
     reachable = vehicle.TP @ generalized_inverse(vehicle) if vehicle.rank < vehicle.k else np.eye(vehicle.k)
 
     def act(tau: FloatArray) -> FloatArray:
@@ -209,7 +210,8 @@ def under_way(
     do what is asked again, within f_min and f_max (n,) [N] if given: all of one kind would say little.
     """
     taus = fly(vehicle, vehicle, rng, HALF).taus
-    able = np.flatnonzero(alpha_max(vehicle, taus[STEPS[0] :], f_min, f_max) >= 1)
+    asked = strong_demands(vehicle, taus[STEPS[0] :])
+    able = np.flatnonzero(alpha_max(strong_vehicle(vehicle), asked, f_min, f_max) >= 1)
     middle = STEPS[0] + (int(able[0]) if able.size else 0)
     start = max(0, min(middle - n // 2, HALF - n))
     return taus[start : start + n]
@@ -228,7 +230,7 @@ def newtons_of_the_body(vehicle: Vehicle) -> FloatArray:
 
 
 def _reach(vehicle: Vehicle) -> FloatArray:
-    backward, forward = single_axis_maxima(vehicle)
+    backward, forward = axis_maxima(vehicle)
     reach: FloatArray = (forward - backward) / 2
     # An axis that can't be pushed alone still needs a scale.
     return np.where(reach > 0, reach, vehicle.wrench_scale)

@@ -8,6 +8,7 @@ import numpy as np
 from alloc import NotApplicable, Vehicle
 from alloc.allocation import FloatArray
 from alloc.reach.attainable import alpha_range, closed_form_range
+from bench.demands.strong import strong_vehicle
 
 BATCHES = 100
 """Draws of n rays before a set counts as impossible: below one usable ray in a hundred it may be missed."""
@@ -30,10 +31,11 @@ class Rays(NamedTuple):
 
 
 def draw(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Rays:
-    """n rays through T P f, f uniform inside the limits.
+    """n rays through T P f, f uniform inside the limits, without weak directions.
 
     Raises NotApplicable where every such wrench is zero, as for thrusters held at thrusts that cancel.
     """
+    vehicle = strong_vehicle(vehicle)
     f = rng.uniform(vehicle.f_min, vehicle.f_max, size=(n, vehicle.n))
     taus = f @ vehicle.TP.T
     attainable = alpha_range(vehicle, taus)

@@ -18,6 +18,7 @@ from bench.demands import DemandSet
 
 ESC = tuple(field.name for field in fields(Esc))
 LEVELS = ("priority", "groups")
+HARD = ("hard_labels", "hard_alpha")
 
 
 def arrays_of(vehicle: Vehicle) -> dict[str, NDArray[Any]]:
@@ -125,6 +126,7 @@ def arrays_of_demands(demands: DemandSet) -> dict[str, NDArray[Any]]:
         "rate_hz": np.array(np.nan if demands.rate_hz is None else demands.rate_hz),
         "gaps": np.array(demands.gaps, dtype=np.intp),
         **_limits(demands.f_min, demands.f_max),
+        **{key: part for key in HARD if (part := getattr(demands, key)) is not None},
     }
 
 
@@ -137,6 +139,8 @@ def demands_of(arrays: Mapping[str, NDArray[Any]]) -> DemandSet:
         taus=arrays["taus"],
         labels=arrays["labels"],
         alpha=arrays["alpha"],
+        hard_labels=arrays.get("hard_labels"),
+        hard_alpha=arrays.get("hard_alpha"),
         rate_hz=None if np.isnan(rate_hz) else rate_hz,
         gaps=tuple(arrays["gaps"].tolist()),
         f_min=arrays.get("row f_min"),

@@ -13,7 +13,7 @@ from alloc.formulations import list_formulations
 from alloc.live.plain import ANY_DISTANCE
 from alloc.vehicle.model import ARRAYS
 from bench.demands import DemandSet
-from bench.demands.store import Case
+from bench.demands.store import HARD, Case
 from bench.gate.contract import farthest
 from bench.gate.record import GateCell
 from bench.gate.side import Died, Prober, Refused
@@ -137,8 +137,9 @@ def first(question: Question, count: int) -> Question:
     """The question with no more than ``count`` demands."""
     d = question.demands
     low, high = (None if side is None else side[:count] for side in (d.f_min, d.f_max))
+    hard: dict[str, Any] = {key: part[:count] for key in HARD if (part := getattr(d, key)) is not None}
     demands = replace(
-        d, taus=d.taus[:count], labels=d.labels[:count], alpha=d.alpha[:count], f_min=low, f_max=high
+        d, taus=d.taus[:count], labels=d.labels[:count], alpha=d.alpha[:count], f_min=low, f_max=high, **hard
     )
     right = {name: F[:count] for name, F in question.right.items()}
     return replace(question, demands=demands, right=right)

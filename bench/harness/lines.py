@@ -7,13 +7,16 @@ from typing import Any
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from alloc import Label
 from alloc.discovery import Entry
 from alloc.formulations.hard import FORMULATION as HARD
 from bench.demands import DemandSet
+from bench.demands.strong import strong_vehicle, weak_directions
 from bench.harness import machine
 from bench.harness.plan import RunSettings
+from bench.judging.judge import rounded
 from bench.judging.question import Question
 from bench.record import SCHEMA, Header, Method, Problem
 
@@ -70,8 +73,7 @@ def method_line(entry: Entry) -> Method:
 def problem(question: Question, study: str = "") -> Problem:
     """The line of a question; ``study`` is the one that its vehicle was generated for."""
     demands, vehicle = question.demands, question.demands.vehicle
-    names = {label.value: label.name.lower() for label in Label}
-    values, counts = np.unique(demands.labels, return_counts=True)
+    weak, strong = weak_directions(vehicle), strong_vehicle(vehicle)
     return Problem(
         vehicle=vehicle.name,
         whole=vehicle.whole or vehicle.name,
@@ -79,13 +81,13 @@ def problem(question: Question, study: str = "") -> Problem:
         study=study,
         demands=demands.name,
         n_demands=len(demands.taus),
-        labels={names[int(value)]: int(count) for value, count in zip(values, counts, strict=True)},
+        labels=_counted(demands.labels),
         rate_hz=demands.rate_hz,
         reference=question.reference.get(HARD.name, ""),
         dof=list(vehicle.dof),
         n=vehicle.n,
-        rank=vehicle.rank,
-        nullity=vehicle.nullity,
+        rank=strong.rank,
+        nullity=strong.nullity,
         f_scale=vehicle.f_scale,
         wrench_scale=[float(scale) for scale in vehicle.wrench_scale],
         left_out=demands.left_out,
@@ -102,7 +104,18 @@ def problem(question: Question, study: str = "") -> Problem:
             [vehicle.T.ravel(), vehicle.f_min, vehicle.f_max, np.diag(vehicle.H), vehicle.readiness]
         ).tolist(),
         sums=_sums(demands) if demands.given else [],
+        weak=[each.words for each in weak],
+        weak_bound_N=[rounded(each.bound) for each in weak],
+        labels_hard={} if demands.hard_labels is None else _counted(demands.hard_labels),
+        alpha_hard=None if demands.hard_alpha is None else rounded(float(np.median(demands.hard_alpha))),
     )
+
+
+def _counted(labels: NDArray[np.int8]) -> dict[str, int]:
+    """Number of demands by the name of their label."""
+    values, counts = np.unique(labels, return_counts=True)
+    pairs = zip(values.tolist(), counts.tolist(), strict=True)
+    return {Label(value).name.lower(): count for value, count in pairs}
 
 
 def _sums(demands: DemandSet) -> list[float]:

@@ -12,7 +12,7 @@ from alloc import Allocation, Label, NotApplicable, Status, Vehicle, alpha_max
 from alloc.allocation import FloatArray
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.errors import SolverError
-from alloc.reach.attainable import closed_form_range, single_axis_maxima
+from alloc.reach.attainable import closed_form_range
 from alloc.reach.volumes import (
     attainable_volume,
     closed_form_volume,
@@ -22,10 +22,12 @@ from alloc.reach.volumes import (
 )
 from bench.demands import DemandSet, along_axes, build_demands, labelled
 from bench.demands.store import Case
+from bench.demands.strong import axis_maxima, strong_demands, strong_vehicle, unasked_weak_axes
 from bench.judging.judge import judge, rounded
 from bench.judging.last_metre import last_metre
 from bench.judging.loss import direction_error_deg, relative_wrench_error
 from bench.judging.question import Answers, Ask, Question, Unanswered, questions
+from bench.judging.weak import axis_costs
 from bench.record import SERVED_WITHIN, Authority, Capability, Curve, Loss, Plane, Served, Unserved
 
 PLANES = (("surge", "sway", "yaw"), ("surge", "yaw", "sway"))
@@ -65,7 +67,7 @@ def planes(vehicle: Vehicle, seed: int) -> list[Plane]:
         mission = build_demands("mission", vehicle, seed)
     except NotApplicable:
         return []
-    _, forward = single_axis_maxima(vehicle)
+    _, forward = axis_maxima(vehicle)
     sections = []
     for share in HELD:
         for x, y, held in wanted:
@@ -96,15 +98,16 @@ def _outlines(
     rays = np.zeros((ANGLES, vehicle.k))
     rays[:, i] = np.cos(angles) * vehicle.wrench_scale[i]
     rays[:, j] = np.sin(angles) * vehicle.wrench_scale[j]
-    start = np.zeros(vehicle.k)
-    start[third] = at
+    start = np.zeros((1, vehicle.k))
+    start[0, third] = at
+    seen, towards = strong_vehicle(vehicle), strong_demands(vehicle, rays)
     # Limits less T* start: both sets are moved so that start is their zero.
-    given = generalized_inverse(vehicle) @ start
-    moved = replace(vehicle, f_min=vehicle.f_min - given, f_max=vehicle.f_max - given)
+    given = generalized_inverse(seen) @ strong_demands(vehicle, start)[0]
+    moved = replace(seen, f_min=vehicle.f_min - given, f_max=vehicle.f_max - given)
     attainable, closed_form = (
         # Rays from outside a set or from its edge reach only part of its outline.
         _pairs(corners(reach[:, None] * rays[:, [i, j]])) if (reach > 0).all() else []
-        for reach in (alpha_max(moved, rays), closed_form_range(moved, rays)[1])
+        for reach in (alpha_max(moved, towards), closed_form_range(moved, towards)[1])
     )
     return attainable, closed_form
 
@@ -143,14 +146,15 @@ def _drawn(mission: DemandSet, i: int, j: int) -> list[tuple[float, float, str]]
 
 def demands_of_growing_size(vehicle: Vehicle, rng: np.random.Generator) -> FloatArray:
     """Demands (N, k) [N, N m]: each of SIZES in DIRECTIONS directions, size by size; size 1 is the edge."""
-    inside = uniform_demands(vehicle, rng, DIRECTIONS)
-    edge = inside * alpha_max(vehicle, inside)[:, None]
-    return (SIZES[:, None, None] * edge).reshape(-1, vehicle.k)
+    strong = strong_vehicle(vehicle)
+    inside = uniform_demands(strong, rng, DIRECTIONS)
+    edge = inside * alpha_max(strong, inside)[:, None]
+    return unasked_weak_axes(vehicle, (SIZES[:, None, None] * edge).reshape(-1, vehicle.k))
 
 
 def error_curve(method: str, case: Case, F: FloatArray) -> Curve:
     """Wrench error of a method's thrusts F (N, n) for a case of ``demands_of_growing_size``."""
-    error = relative_wrench_error(case.vehicle, case.taus, F).reshape(len(SIZES), DIRECTIONS)
+    error = _wrench_error(case.vehicle, case.taus, F).reshape(len(SIZES), DIRECTIONS)
     error = np.where(np.isnan(error), 1.0, error)  # without thrusts nothing is delivered
     return Curve(
         method=method,
@@ -158,6 +162,11 @@ def error_curve(method: str, case: Case, F: FloatArray) -> Curve:
         error_p50=np.median(error, axis=1).tolist(),
         error_max=error.max(axis=1).tolist(),
     )
+
+
+def _wrench_error(vehicle: Vehicle, taus: FloatArray, F: FloatArray) -> FloatArray:
+    """``relative_wrench_error`` (N,) of what demands ask of the strong part."""
+    return relative_wrench_error(strong_vehicle(vehicle), strong_demands(vehicle, taus), F)
 
 
 def _pairs(points: FloatArray) -> list[tuple[float, float]]:
@@ -190,8 +199,9 @@ def limit_wrenches(vehicle: Vehicle) -> FloatArray:
 
 def worst_loss(vehicle: Vehicle, taus: FloatArray, F: FloatArray) -> Loss:
     """Worst of thrusts F (N, n) for demands (N, k) that can be met."""
-    missed = np.nan_to_num(relative_wrench_error(vehicle, taus, F), nan=1.0)
-    turned = direction_error_deg(vehicle, taus, F)
+    asked = strong_vehicle(vehicle), strong_demands(vehicle, taus)
+    missed = np.nan_to_num(relative_wrench_error(*asked, F), nan=1.0)
+    turned = direction_error_deg(*asked, F)
     known = turned[~np.isnan(turned)]
     return Loss(
         n_demands=len(taus),
@@ -253,14 +263,18 @@ def measure_capabilities(
 def _asked(vehicle: Vehicle, seed: int, n: int) -> CapabilityQuestions:
     states: dict[int | None, Vehicle] = {None: vehicle}
     if len(vehicle.working) > 1:
-        worst = worst_fault(vehicle)
+        worst = worst_fault(strong_vehicle(vehicle))
         states[worst] = vehicle.with_fault(worst)
     sets = [
-        labelled("demands drawn evenly", state, uniform_demands(state, np.random.default_rng(seed), n))
+        labelled(
+            "demands drawn evenly",
+            state,
+            unasked_weak_axes(state, uniform_demands(strong_vehicle(state), np.random.default_rng(seed), n)),
+        )
         for state in states.values()
     ]
     plain = [labelled("on one axis or two", state, along_axes(state, AXES)) for state in states.values()]
-    ends = limit_wrenches(vehicle)
+    ends = unasked_weak_axes(vehicle, limit_wrenches(strong_vehicle(vehicle)))
     # What is wrong is found without an optimum, so no reference is asked.
     asked = questions([*sets, *plain], lambda _, cases: [Unanswered("missing", "")] * len(cases))
     return CapabilityQuestions(
@@ -281,6 +295,7 @@ def _without_methods(vehicle: Vehicle, seed: int) -> Capability:
         planes=planes(vehicle, seed),
         names=list(vehicle.names),
         last_metre=last_metre(vehicle, seed),
+        weak_costs=axis_costs(vehicle),
     )
 
 
@@ -304,7 +319,7 @@ def _add(
     for (fault, question), answer in zip(asked.states, of_states[: len(asked.states)], strict=True):
         if isinstance(answer, Answers):
             vehicle, taus = question.demands.vehicle, question.demands.taus
-            error = relative_wrench_error(vehicle, taus, answer.F)
+            error = _wrench_error(vehicle, taus, answer.F)
             corners = None
             if fault is None and asked.corners and isinstance(of_corners, Answers):
                 corners = worst_loss(vehicle, asked.corners.taus, of_corners.F)
@@ -334,30 +349,33 @@ def _wrong(question: Question, answer: Answers) -> str:
 
 
 def remaining_authority(vehicle: Vehicle) -> list[Authority]:
-    """Authority of the vehicle: whole first, then with each working thruster off."""
-    volume = attainable_volume(vehicle)
+    """Authority of the vehicle: whole first, then with each working thruster off; of the strong part each."""
     faults = map(int, vehicle.working if len(vehicle.working) > 1 else ())
-    return [
-        _authority(vehicle, None, vehicle.rank, volume),
-        *(_authority(vehicle.with_fault(fault), fault, vehicle.rank, volume) for fault in faults),
-    ]
+    states: dict[int | None, Vehicle] = {None: vehicle, **{i: vehicle.with_fault(i) for i in faults}}
+    # With rows in the same units for all states, volumes can be compared.
+    weak = any(state.weak_left.any() for state in states.values())
+    seen = {fault: state.strong if weak else state for fault, state in states.items()}
+    volume = attainable_volume(seen[None])
+    return [_authority(states[fault], part, fault, seen[None].rank, volume) for fault, part in seen.items()]
 
 
-def _authority(vehicle: Vehicle, fault: int | None, whole_rank: int, whole_volume: float) -> Authority:
-    volume = attainable_volume(vehicle)
-    sigma = np.linalg.svd(vehicle.TP / vehicle.row_lengths[:, None], compute_uv=False)
-    axes = np.eye(vehicle.k)
-    kept = vehicle.rank == whole_rank
+def _authority(
+    vehicle: Vehicle, strong: Vehicle, fault: int | None, whole_rank: int, whole_volume: float
+) -> Authority:
+    volume = attainable_volume(strong)
+    sigma = np.linalg.svd(strong.TP / strong.row_lengths[:, None], compute_uv=False)
+    axes = strong_demands(vehicle, np.eye(vehicle.k))
+    kept = strong.rank == whole_rank
     return Authority(
         fault=fault,
         vehicle=vehicle.name,
-        rank=vehicle.rank,
+        rank=strong.rank,
         condition=float(sigma[0] / sigma[whole_rank - 1]) if kept else None,
         volume_share=volume / whole_volume if kept and whole_volume else 0.0,
-        closed_form_share=_closed_form_share(vehicle, volume),
-        safe_share=safe_share(vehicle),
-        axis_min=_finite(-alpha_max(vehicle, -axes)),
-        axis_max=_finite(alpha_max(vehicle, axes)),
+        closed_form_share=_closed_form_share(strong, volume),
+        safe_share=safe_share(strong),
+        axis_min=_finite(-alpha_max(strong, -axes)),
+        axis_max=_finite(alpha_max(strong, axes)),
     )
 
 

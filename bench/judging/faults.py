@@ -9,6 +9,7 @@ from alloc import Allocation, Label, NotApplicable, Status, Vehicle, label
 from alloc.allocation import EXACT_TOLERANCE, WRENCH_TOLERANCE, BoolArray, FloatArray, IndexArray, StatusArray
 from alloc.formulations import find_formulation
 from bench.demands import DemandSet
+from bench.demands.strong import strong_demands, strong_vehicle
 from bench.judging.question import Question, right_answers
 
 
@@ -49,6 +50,13 @@ def misstated(
     off = np.abs(missed / seen.wrench_scale).max(axis=1, initial=0.0)
     wrong[rows] = ~(off <= wrench_tolerance + vehicle.n * tolerance)
     return wrong
+
+
+def has_weak_part(demands: DemandSet) -> BoolArray:
+    """Mask of demands (N,) with a part along a weak direction, which may be called met in part or whole."""
+    part = np.abs(demands.taus - demands.strong[1]) / demands.strong[0].wrench_scale
+    found: BoolArray = part.max(axis=1, initial=0.0) > ALL_OF_IT
+    return found
 
 
 def by_level(shares: Sequence[Sequence[float]], q: float) -> list[float]:
@@ -112,8 +120,9 @@ def measured(question: Question, answers: Sequence[Allocation], formulation: str
     finite = np.logical_and.reduce(np.isfinite(F), axis=1)
     f = np.where(finite[:, None], F, 0.0)
     right = right_answers(question, formulation)
-    seen = find_formulation(formulation).subject(vehicle)
-    error = np.abs(f @ seen.TP.T - demands.taus[demand])
+    definition = find_formulation(formulation)
+    seen, asked = definition.subject(vehicle), demands.strong[1] if definition.way else demands.taus
+    error = np.abs(f @ seen.TP.T - asked[demand])
     low, high = (np.broadcast_to(side, right.shape)[demand] for side in demands.limits)
     return Measured(
         F=F,
@@ -141,7 +150,8 @@ def faults(
     """Error kind → mask (M,) of affected answers; the distance to the optimum is not asked."""
     demands, definition = question.demands, find_formulation(formulation)
     vehicle = demands.vehicle
-    finite, gave_up, label = seen.finite, seen.gave_up, demands.labels[seen.demand]
+    strong = definition.way is not None
+    finite, gave_up, label = seen.finite, seen.gave_up, demands.labels_for(strong=strong)[seen.demand]
     solved: BoolArray = np.equal(seen.status, Status.SOLVED)
     attainable = (label == Label.INACTIVE) | (label == Label.ACTIVE)
     met = seen.relative <= wrench_tolerance
@@ -159,6 +169,7 @@ def faults(
         & (seen.relative <= ALL_OF_IT)
         & (seen.violation <= 0.0)
         & ~np.array([any(part < 1.0 for part in share) for share in seen.shares], dtype=bool)
+        & ~(strong & has_weak_part(demands)[seen.demand])
         & (not definition.gives_way),
         "a thrust on a thruster that is off": finite & (idle > wrench_tolerance * vehicle.f_scale),
         VIOLATED: finite & ~(seen.violation <= 0.0) & limited,
@@ -192,7 +203,10 @@ def first_wrong(
     labels = np.full(N, Label.BOUNDARY, np.int8)  # which either status may have
     refused = [i for i, answer in enumerate(answers) if answer.status == Status.INFEASIBLE]
     low, high = (None if side is None else side[refused] for side in (f_min, f_max))
-    labels[refused] = label(vehicle, taus[refused], f_min=low, f_max=high).label
+    asked = vehicle, taus[refused]
+    if find_formulation(promises["formulation"]).way:
+        asked = strong_vehicle(vehicle), strong_demands(*asked)
+    labels[refused] = label(*asked, f_min=low, f_max=high).label
     alpha = np.full(N, np.nan)
     demands = DemandSet(
         name="log", vehicle=vehicle, taus=taus, labels=labels, alpha=alpha, f_min=f_min, f_max=f_max

@@ -8,9 +8,10 @@ from alloc import Allocation, Label, NotApplicable, Status
 from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray, StatusArray
 from alloc.formulations import find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
+from alloc.formulations.scaled import FORMULATION as SCALED
 from alloc.live.plain import ANY_DISTANCE
 from alloc.qp.certificate import certify_many
-from bench.demands import longest
+from bench.demands import ATTAINED, longest
 from bench.judging.faults import VIOLATED, Measured, by_level, faults, measured
 from bench.judging.loss import FLOOR, gets_nothing, loss, relative_wrench_error
 from bench.judging.question import Question
@@ -49,7 +50,7 @@ def judge(
     missed_max, missed_p50 = misses(question, seen.F) if thorough else (None, None)
     demands, nothing = question.demands, np.zeros(N, dtype=bool)
     if thorough:
-        nothing = gets_nothing(vehicle, demands.taus, seen.F[:N], demands.limits)
+        nothing = gets_nothing(*demands.strong, seen.F[:N], demands.limits)
     return Judged(
         answers=len(seen.F),
         counts={s.name: int(np.count_nonzero(status == s)) for s in Status if (status == s).any()},
@@ -61,7 +62,7 @@ def judge(
         gap_rel_max=largest_gap(question, seen.F, status, formulation) if thorough else None,
         tolerance=tolerance,
         agrees=_agrees(farthest, tolerance, vehicle.f_scale),
-        failed_after_failure=after_failure(seen.gave_up, attainable(question)[seen.demand]),
+        failed_after_failure=after_failure(seen.gave_up, attainable(question, formulation)[seen.demand]),
         loss=given_away(question, seen.F) if thorough else {},
         missed_max=missed_max,
         missed_p50=missed_p50,
@@ -69,18 +70,33 @@ def judge(
         refused_longest=longest(~finite[:N] | nothing, question.demands.gaps) if thorough else 0,
         share_p50=[rounded(share) for share in by_level(seen.shares, 0.5)],
         share_min=[rounded(share) for share in by_level(seen.shares, 0.0)],
+        partial_by_weak=_partial_by_weak(question, seen),
         wrong="; ".join(_counted(what, mask, seen) for what, mask in wrong.items() if mask.any()),
     )
 
 
-def attainable(question: Question) -> BoolArray:
-    """Mask of demands (N,) that can be met, whatever rounding makes of them.
+def _partial_by_weak(question: Question, seen: Measured) -> int:
+    """Number of answers that say PARTIAL, and deliver each level of a demand but for its weak part."""
+    if question.demands.hard_alpha is None:
+        return 0
+    whole = np.array([len(share) > 0 and min(share) == 1.0 for share in seen.shares], dtype=bool)
+    return int(np.count_nonzero(whole & np.equal(seen.status, Status.PARTIAL)))
+
+
+def attainable(question: Question, formulation: str = "") -> BoolArray:
+    """Mask of demands (N,) that can be met, whatever rounding makes of them, but for what is weak.
+
+    Given a ``formulation`` that leaves no weak direction out, of those that it can meet whole.
 
     The labels active and inactive leave out the boundary, where failures happen, so alpha* is used. But
     alpha* does not tell where a vehicle that must always thrust gets too small a demand; the label does.
     """
     demands = question.demands
-    within: BoolArray = (demands.alpha > 1 + WRENCH_TOLERANCE) & (demands.labels != Label.INFEASIBLE)
+    strong = not formulation or find_formulation(formulation).way is not None
+    alpha = demands.alpha if strong or demands.hard_alpha is None else demands.hard_alpha
+    within: BoolArray = (alpha > 1 + WRENCH_TOLERANCE) & (
+        demands.labels_for(strong=strong) != Label.INFEASIBLE
+    )
     return within
 
 
@@ -121,10 +137,16 @@ def largest_gap(question: Question, F: FloatArray, status: StatusArray, formulat
 
 
 def given_away(question: Question, F: FloatArray) -> dict[str, float | None]:
-    """``bench.judging.loss.loss`` over the first pass of the demands, against the hard optimum."""
+    """``bench.judging.loss.loss`` over the first pass of the demands, against the hard optimum.
+
+    On a vehicle with weak directions it is of the strong part, against the optimum of that.
+    """
     demands = question.demands
-    first = F[: len(demands.taus)]
-    numbers = loss(demands.vehicle, demands.taus, first, question.right[HARD.name], demands.limits)
+    first, reference = F[: len(demands.taus)], question.right[HARD.name]
+    if demands.hard_alpha is not None:
+        optimum = question.right.get(SCALED.name, np.full_like(reference, np.nan))
+        reference = np.where((demands.alpha >= ATTAINED)[:, None], optimum, np.nan)
+    numbers = loss(*demands.strong, first, reference, demands.limits)
     return {key: None if value is None else rounded(value) for key, value in numbers.items()}
 
 
@@ -134,8 +156,9 @@ def misses(question: Question, F: FloatArray) -> tuple[float | None, float | Non
     The median is over demands of at least FLOOR of ``wrench_scale``: of a log, most may ask for nothing.
     """
     demands = question.demands
-    taus, scale = demands.taus, demands.vehicle.wrench_scale
-    error = relative_wrench_error(demands.vehicle, taus, F[: len(taus)], demands.limits)
+    vehicle, taus = demands.strong
+    scale = vehicle.wrench_scale
+    error = relative_wrench_error(vehicle, taus, F[: len(taus)], demands.limits)
     missed = np.nan_to_num(error, nan=1.0)
     within = attainable(question)
     large = missed[within & (np.linalg.norm(taus / scale, axis=1) >= FLOOR)]

@@ -14,7 +14,7 @@ from alloc.allocation import FloatArray, StatusArray
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.discovery import PROMISES
 from alloc.errors import UnknownName
-from alloc.formulations import EndOf, Formulation, list_formulations, refuse_misspelt
+from alloc.formulations import EndOf, Formulation, find_formulation, list_formulations, refuse_misspelt
 from alloc.formulations.hard import FORMULATION as HARD
 from alloc.formulations.unlimited import FORMULATION as UNLIMITED
 from bench.demands import DemandSet
@@ -174,9 +174,8 @@ def _right(formulation: Formulation, question: Question, answers: Answers) -> Fl
     if formulation.gives_way:
         given |= answers.status == Status.PARTIAL
     F: FloatArray = np.where(given[:, None], answers.F, np.nan)
-    return (
-        _closed_form_where_inactive(question, F) if formulation.optimal_for(question.demands.vehicle) else F
-    )
+    optimal = formulation.optimal_for(question.demands.vehicle)
+    return _closed_form_where_inactive(question, F, formulation) if optimal else F
 
 
 def right_answers(question: Question, name: str) -> FloatArray:
@@ -186,9 +185,16 @@ def right_answers(question: Question, name: str) -> FloatArray:
     """
     if name in question.right:
         return question.right[name]
-    return _closed_form_where_inactive(question, np.nan)
+    return _closed_form_where_inactive(question, np.nan, find_formulation(name))
 
 
-def _closed_form_where_inactive(question: Question, otherwise: FloatArray | float) -> FloatArray:
-    inactive = np.equal(question.demands.labels, Label.INACTIVE)
-    return np.where(inactive[:, None], question.right[UNLIMITED.name], otherwise)
+def _closed_form_where_inactive(
+    question: Question, otherwise: FloatArray | float, formulation: Formulation
+) -> FloatArray:
+    demands, strong = question.demands, formulation.way is not None
+    inactive = np.equal(demands.labels_for(strong=strong), Label.INACTIVE)
+    closed = question.right[UNLIMITED.name]
+    if strong and demands.hard_labels is not None:
+        vehicle, taus = demands.strong
+        closed = taus @ generalized_inverse(vehicle).T
+    return np.where(inactive[:, None], closed, otherwise)

@@ -75,6 +75,7 @@ class Judged(msgspec.Struct, omit_defaults=True, kw_only=True):
         from before it was counted
     share_p50, share_min : median and least of what was delivered of each level of a demand, as the answers
         say; empty for a method that says nothing of shares, and in records from before they were kept
+    partial_by_weak : number of answers that are PARTIAL, and deliver all but a weak part of the demand
     """
 
     answers: int
@@ -96,6 +97,7 @@ class Judged(msgspec.Struct, omit_defaults=True, kw_only=True):
     refused_longest: int = 0
     share_p50: list[float] = []
     share_min: list[float] = []
+    partial_by_weak: int = 0
 
     @property
     def objection(self) -> str:
@@ -340,6 +342,35 @@ class LastMetre(msgspec.Struct, kw_only=True):
             raise ValueError("share, error_p50, error_p95 and step_p50 need as many numbers each")
 
 
+class AxisCost(msgspec.Struct, kw_only=True):
+    """Answers to a demand along one axis on a vehicle with weak directions, of which it asks nothing.
+
+    Attributes
+    ----------
+    axis : its axis
+    demand : half of the most that the strong part makes along it [N, N m]
+    wrench : by method, what its thrusts make along the axis; None where it refuses
+    thrust_N : by method, its largest thrust [N]
+    hard_most : the most along the axis under eq. 4-5 [N, N m]
+    hard_thrust_N : largest thrust at that; None where it is not known [N]
+    """
+
+    axis: str
+    demand: float
+    hard_most: float
+    hard_thrust_N: float | None = None
+    wrench: dict[str, float | None] = {}
+    thrust_N: dict[str, float | None] = {}
+
+    def words(self, method: str, unit: str) -> str:
+        """One method's answer in words: ``29.1 N, thrusts up to 10.3 N``."""
+        wrench, thrust = self.wrench.get(method), self.thrust_N.get(method)
+        if wrench is not None and thrust is not None:
+            return f"{wrench:.3g} {unit}, thrusts up to {thrust:.3g} N"
+        most = f"refused; at most {self.hard_most:.3g} {unit}"
+        return most if self.hard_thrust_N is None else f"{most}, thrusts up to {self.hard_thrust_N:.3g} N"
+
+
 class Capability(msgspec.Struct, tag="capability", kw_only=True, omit_defaults=True):
     """Capability of one vehicle, whole and after each failure, and the share of it that each method serves.
 
@@ -353,6 +384,7 @@ class Capability(msgspec.Struct, tag="capability", kw_only=True, omit_defaults=T
     wrong : by method, what is wrong with those answers
     curves : wrench error over the size of the demand
     planes : sections to draw
+    weak_costs : what methods make along each axis; empty for a vehicle without weak directions
     """
 
     vehicle: str
@@ -365,6 +397,7 @@ class Capability(msgspec.Struct, tag="capability", kw_only=True, omit_defaults=T
     planes: list[Plane]
     names: list[str] = []
     last_metre: list[LastMetre] = []
+    weak_costs: list[AxisCost] = []
 
     def __post_init__(self) -> None:
         """Raise ValueError, which the reader names with its line, where an axis lacks its ends."""

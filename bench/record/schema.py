@@ -89,7 +89,7 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     labels : number of demands by label (inactive, active, boundary, infeasible)
     rate_hz : sampling rate, None where the demands are no sequence in time
     reference : the method that gave the hard optimum, empty where none did
-    dof, n, rank, nullity : of the vehicle
+    dof, n, rank, nullity : of the vehicle, rank and nullity without weak directions
     f_scale : the vehicle's largest limit [N]
     wrench_scale : (k,) size of a wrench on each axis [N, N m]
     left_out : demands of a log that were not asked
@@ -107,6 +107,10 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
         of H, readiness; empty in older records
     sums : of a user's demands and their limits, by which another log of the name is known: each column's
         positive and negative entries times their place, from 1/N to 1 [N, N m]
+    weak : directions that are weak, not lost, in words; ``labels`` are of the rest. Empty in older records
+    weak_bound_N : the most that thrusts within limits make along each, moments over the rms arm [N]
+    labels_hard, alpha_hard : of eq. 4-5, which holds weak directions at the demand: the number of demands by
+        label, and the median of alpha* [-]; empty and None where none is weak
     """
 
     vehicle: str
@@ -136,6 +140,10 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     frame: Literal["frd", "flu"] = "frd"
     numbers: list[float] = []
     sums: list[float] = []
+    weak: list[str] = []
+    weak_bound_N: list[float] = []
+    labels_hard: dict[str, int] = {}
+    alpha_hard: float | None = None
 
 
 class Worker(msgspec.Struct, tag="worker", omit_defaults=True, kw_only=True):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from alloc import AllocError
 from bench.record import RecordError
-from bench.report.sections import capability, cost, emulation, facts, headline, losses
+from bench.report.sections import capability, cost, emulation, facts, headline, losses, weak
 from bench.results.columns import Row
 from bench.results.ranking import best_rows, loss_text, representatives, served_text, shortlist
 from bench.results.rows import Run
@@ -14,6 +14,7 @@ from bench.results.text import table, three
 Section = Callable[[Run, frozenset[str]], str]
 FIRST: tuple[Section, ...] = (
     headline.opening,
+    weak.weak,
     facts.frames,
     facts.logs,
     cost.onboard,

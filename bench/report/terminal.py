@@ -16,7 +16,7 @@ from alloc.formulations import Family
 from bench.record import FARTHER
 from bench.record.schema import machine_name
 from bench.report.sections.losses import sequence_table, sequences, title
-from bench.report.verdict import cut_log_notes, opening_loop, rate_note, trust_note, verdicts
+from bench.report.verdict import cut_log_notes, opening_loop, rate_note, trust_note, verdicts, weak_notes
 from bench.results.columns import Row
 from bench.results.quantiles import largest
 from bench.results.ranking import ROUNDING, largest_miss, served_share, uncounted_methods
@@ -72,7 +72,7 @@ def show(directory: Path, console: Console) -> bool:
     loop = opening_loop(run)
     sized = sizes(run, loop)
     first = [size for size in best_of_each(sized) if size.vehicle in run.vehicles]
-    for line in [*verdicts(first, loop), *rate_note(run), ""]:
+    for line in [*verdicts(first, loop), *weak_notes(run), *rate_note(run), ""]:
         say(line)
     usefulness = {label: i for i, label in enumerate(rank_labels(sized, loop.period_us))}
     absent = {row.method: row.reason for row in run.rows if row.status == "missing"}

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from itertools import groupby
 
+from alloc.vehicle.geometry import unit
 from bench.results.emulated import IN_WORDS
 from bench.results.rows import Run
 from bench.results.size import Fit, Loop, Size, best_of_each
@@ -177,3 +178,25 @@ def _other(first: Size, own: Sequence[Size]) -> str:
 
 def _small(share: float) -> str:
     return "under 0.01 %" if share < 1e-4 else percent(share)
+
+
+def weak_words(run: Run, vehicle: str) -> str:
+    """Weak directions of a vehicle: ``pitch (0.5 % left)``; empty where there are none."""
+    problem = run.problems.get(vehicle)
+    return " and ".join(problem.weak) if problem else ""
+
+
+def weak_notes(run: Run) -> list[str]:
+    """A sentence for each vehicle with weak directions: which, and the costliest axis by method."""
+    notes = []
+    for vehicle in run.vehicles:
+        words, capability = weak_words(run, vehicle), run.capability(vehicle)
+        if not words:
+            continue
+        note = f"{vehicle}: weak: {words}"
+        if capability and capability.weak_costs:
+            worst = min(capability.weak_costs, key=lambda cost: cost.hard_most / cost.demand)
+            each = "; ".join(f"{method} {worst.words(method, unit(worst.axis))}" for method in worst.wrench)
+            note += f"; of {worst.axis} {worst.demand:.3g} {unit(worst.axis)}: {each}"
+        notes.append(f"{note}.")
+    return notes

@@ -11,14 +11,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from statistics import median
-from typing import Any
 
 from alloc.formulations import find_formulation
-from alloc.vehicle.geometry import DOF, MOMENTS
-from bench.record import FARTHER, Cell, Judged, Method
+from bench.record import FARTHER, Cell, Method
 from bench.record.schema import machine_name
 from bench.results.quantiles import (
     Repeats,
+    Worst,
+    by_level,
     calls,
     end_ns,
     largest,
@@ -28,49 +28,9 @@ from bench.results.quantiles import (
     quantile,
     tail_ns,
     total,
+    worst_axis,
 )
 from bench.results.text import table
-
-
-class Worst(cached_property[float | None]):
-    """A column with the worst number of the judgements of a row's repeats, None where none has it.
-
-    Without ``of`` it is the loss that has the column's name.
-    """
-
-    def __init__(
-        self,
-        meaning: str,
-        of: Callable[[Judged], float | None] | None = None,
-        worst: Callable[[list[float]], float] = max,
-    ) -> None:
-        """Make the column of what it means, of the number of one judgement, and of what is worse."""
-
-        def column(row: "Row") -> float | None:
-            numbers = (of(judged) if of else judged.loss.get(self.name) for judged in row.measured.judged)
-            known = [number for number in numbers if number is not None]
-            return worst(known) if known else None
-
-        column.__doc__ = meaning
-        self.of = of
-        super().__init__(column)
-
-    def __set_name__(self, owner: type[Any], name: str) -> None:
-        super().__set_name__(owner, name)
-        self.name = name
-
-
-def by_level(repeats: list[list[float]], of: Callable[[list[float]], float]) -> str:
-    """One number of each level of a demand, over the repeats, in a cell; empty without levels."""
-    levels = zip(*(shares for shares in repeats if shares), strict=True)
-    return " ".join(f"{of(list(shares)):.6g}" for shares in levels)
-
-
-def worst_axis(judged: Judged, moments: bool) -> float | None:
-    """Largest |delivered - tau| on any force axis [N], or on any moment axis [N m]."""
-    suffix = "max_Nm" if moments else "max_N"
-    axes = [axis for axis in DOF if (axis in MOMENTS) == moments]
-    return largest(judged.loss.get(f"wrench_error_{axis}_{suffix}") for axis in axes)
 
 
 @dataclass(frozen=True)
@@ -123,6 +83,12 @@ class Row:
     def undisturbed(self) -> bool:
         """``quiet`` as True or False."""
         return not self.measured.disturbances
+
+    @property
+    def partial_by_weak(self) -> float:
+        """Share of answers (0 to 1) that are PARTIAL, and leave out a weak part of the demand only."""
+        answers = sum(j.answers for j in self.measured.judged)
+        return sum(j.partial_by_weak for j in self.measured.judged) / answers if answers else 0.0
 
     @property
     def agreed(self) -> bool | None:
@@ -388,6 +354,21 @@ class Row:
     def share_min(self) -> str:
         """Least share (0 to 1) delivered of each level of any demand, first level first."""
         return by_level([j.share_min for j in self.measured.judged], min)
+
+    @cached_property
+    def weak(self) -> str:
+        """Weak axes of the vehicle with the share left; the demands' labels and losses are of the rest."""
+        return "; ".join(self.measured.problem.weak) if self.measured.problem else ""
+
+    @cached_property
+    def weak_bound_N(self) -> float | None:
+        """The most that thrusts make along a weak direction, moments over the rms arm; empty without one."""
+        return largest(self.measured.problem.weak_bound_N) if self.measured.problem else None
+
+    @cached_property
+    def alpha_hard(self) -> float | None:
+        """Median alpha* under eq. 4-5, which holds weak axes at the demand; empty where none is weak."""
+        return self.measured.problem.alpha_hard if self.measured.problem else None
 
 
 def columns() -> dict[str, Callable[[Row], str | int | float | None]]:

@@ -8,9 +8,10 @@ from itertools import accumulate, chain
 from math import ceil
 from operator import itemgetter
 from statistics import median
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from bench.record import Batch, Cell, Header, Judged, Key, Method, Worker
+from alloc.vehicle.geometry import DOF, MOMENTS
+from bench.record import Batch, Cell, Header, Judged, Key, Method, Problem, Worker
 
 Time = TypeVar("Time", bound=float)
 N = TypeVar("N", int, float)
@@ -151,6 +152,7 @@ class Repeats:
     wrong_elsewhere : what is wrong with the method's untimed answers on this vehicle, empty where nothing is
     wrong_on_others : what is wrong with a plug-in's answers on another of the vehicle's sets
     missed_elsewhere : whether these, or those of its twin, miss a demand that the vehicle can meet
+    problem : the set's line of the record
     """
 
     key: Key
@@ -164,6 +166,7 @@ class Repeats:
     wrong_elsewhere: str = ""
     wrong_on_others: str = ""
     missed_elsewhere: bool = False
+    problem: Problem | None = None
 
     @cached_property
     def singles(self) -> Histogram:
@@ -234,3 +237,44 @@ def microseconds(ns: float | None) -> float | None:
 def median_or_none(values: list[float]) -> float | None:
     """The median; None of nothing."""
     return median(values) if values else None
+
+
+class Worst(cached_property[float | None]):
+    """A column with the worst number of the judgements of a row's repeats, None where none has it.
+
+    Without ``of`` it is the loss that has the column's name.
+    """
+
+    def __init__(
+        self,
+        meaning: str,
+        of: Callable[[Judged], float | None] | None = None,
+        worst: Callable[[list[float]], float] = max,
+    ) -> None:
+        """Make the column of what it means, of the number of one judgement, and of what is worse."""
+
+        def column(row: Any) -> float | None:
+            numbers = (of(judged) if of else judged.loss.get(self.name) for judged in row.measured.judged)
+            known = [number for number in numbers if number is not None]
+            return worst(known) if known else None
+
+        column.__doc__ = meaning
+        self.of = of
+        super().__init__(column)
+
+    def __set_name__(self, owner: type[Any], name: str) -> None:
+        super().__set_name__(owner, name)
+        self.name = name
+
+
+def by_level(repeats: list[list[float]], of: Callable[[list[float]], float]) -> str:
+    """One number of each level of a demand, over the repeats, in a cell; empty without levels."""
+    levels = zip(*(shares for shares in repeats if shares), strict=True)
+    return " ".join(f"{of(list(shares)):.6g}" for shares in levels)
+
+
+def worst_axis(judged: Judged, moments: bool) -> float | None:
+    """Largest |delivered - tau| on any force axis [N], or on any moment axis [N m]."""
+    suffix = "max_Nm" if moments else "max_N"
+    axes = [axis for axis in DOF if (axis in MOMENTS) == moments]
+    return largest(judged.loss.get(f"wrench_error_{axis}_{suffix}") for axis in axes)

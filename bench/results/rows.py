@@ -302,6 +302,7 @@ def gather(record: Record) -> tuple[Row, ...]:
         repeats[replace(cell.key, repeat=0)][cell.key.repeat] = cell
     usual, counted = canary_median_ns(record), record.header.machine.get("cores")
     cores = counted if isinstance(counted, int) else None
+    problems = {(p.vehicle, p.demands): p for p in record.problems}
     attainable = {
         (p.vehicle, p.demands): (p.labels.get("inactive", 0) + p.labels.get("active", 0)) / p.n_demands
         for p in record.problems
@@ -343,6 +344,7 @@ def gather(record: Record) -> tuple[Row, ...]:
                     wrong_elsewhere=wrong.get((key.vehicle, key.method), ""),
                     wrong_on_others=others.get((key.vehicle, *_choice(key)), ""),
                     missed_elsewhere=(key.vehicle, described.twin or key.method) in missing,
+                    problem=problems.get((key.vehicle, key.demands)),
                 )
             )
         )

@@ -4,7 +4,7 @@ import numpy as np
 
 from alloc import Vehicle
 from alloc.allocation import FloatArray
-from alloc.reach.attainable import single_axis_maxima
+from bench.demands.strong import axis_maxima
 
 OVERSHOOT = 1.1
 """How far a sweep goes, relative to the axis's maximum: a tenth beyond, so that it crosses both edges."""
@@ -12,7 +12,7 @@ OVERSHOOT = 1.1
 
 def demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
     """n demands (n, k) [N, N m], axis after axis, each in even steps; ``rng`` is not used."""
-    backward, forward = single_axis_maxima(vehicle)
+    backward, forward = axis_maxima(vehicle)
     taus = np.zeros((n, vehicle.k))
     for axis, rows in enumerate(np.array_split(np.arange(n), vehicle.k)):
         taus[rows, axis] = OVERSHOOT * np.linspace(backward[axis], forward[axis], len(rows))

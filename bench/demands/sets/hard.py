@@ -8,6 +8,7 @@ import numpy as np
 from alloc import Vehicle
 from alloc.allocation import WRENCH_TOLERANCE, FloatArray
 from bench.demands.rays import draw
+from bench.demands.strong import strong_vehicle
 
 RUN = 5
 """Infeasible demands in a row, and then attainable ones: enough for a solver to adapt to either."""
@@ -54,6 +55,7 @@ def jumps(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
 
 def corners(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
     """The farthest wrenches in random directions, with every thruster at a limit."""
+    vehicle = strong_vehicle(vehicle)
     directions = rng.normal(size=(n, vehicle.k)) / vehicle.wrench_scale
     f = np.where(directions @ vehicle.TP > 0, vehicle.f_max, vehicle.f_min)
     farthest: FloatArray = f @ vehicle.TP.T

@@ -4,6 +4,7 @@ import numpy as np
 
 from alloc import Vehicle
 from bench.demands import Within
+from bench.demands.strong import strong_vehicle
 
 STILL = 0.1
 """Share of thrusters that have only one thrust left, as one that is stuck."""
@@ -27,4 +28,5 @@ def within(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Within:
     thrusters = rng.integers(vehicle.n, size=len(rows))
     width = vehicle.f_max[thrusters] - vehicle.f_min[thrusters]
     lows[rows, thrusters] = highs[rows, thrusters] + rng.uniform(0.01, 0.5, len(rows)) * width
-    return Within(rng.uniform(*SIZES, n)[:, None] * thrusts @ vehicle.TP.T, lows, highs)
+    pushed = strong_vehicle(vehicle).TP.T
+    return Within(rng.uniform(*SIZES, n)[:, None] * thrusts @ pushed, lows, highs)

@@ -6,6 +6,7 @@ from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.reach.volumes import worst_fault
 from bench.demands.mission import HALF, RATE_HZ, STEPS, fly
+from bench.demands.strong import strong_vehicle
 
 __all__ = ["COUNT", "RATE_HZ", "SEED_NAME", "answering", "demands"]
 
@@ -27,4 +28,4 @@ def answering(vehicle: Vehicle) -> Vehicle:
     Where rank is lost, no demand of an autopilot that does not know of the loss is attainable, and methods
     can't be told apart.
     """
-    return vehicle.with_fault(worst_fault(vehicle, keep_rank=True))
+    return vehicle.with_fault(worst_fault(strong_vehicle(vehicle), keep_rank=True))

@@ -14,6 +14,8 @@ from bench.report.verdict import (
     rate_note,
     trust_note,
     usual_verdicts,
+    weak_notes,
+    weak_words,
 )
 from bench.results.columns import Row
 from bench.results.ranking import (
@@ -45,7 +47,8 @@ def opening(run: Run, drawn: frozenset[str]) -> str:
     cut = "".join(f" {sentence}" for sentence in cut_log_notes(run, plain))
     return "\n".join(
         [
-            "\n".join(f"- {plain(sentence)}" for sentence in [*said, *rate_note(run)]) + "\n",
+            "\n".join(f"- {plain(sentence)}" for sentence in [*said, *weak_notes(run), *rate_note(run)])
+            + "\n",
             f"How sure: {plain(name)} was {plain(trust_note(run))}"
             f" Another rate than {opening_loop(run).rate_hz:g} Hz: `thrustbench size DIR --rate HZ`.{cut}\n",
             picture("overview.svg", "what a call costs, and what is lost without limits", drawn),
@@ -218,7 +221,9 @@ def candidates(run: Run, drawn: frozenset[str]) -> str:
             gone = unmeasured_plugins(run, vehicle, demands)
             lines = [*(_candidate(run, row) for row in rows), *map(_not_measured, gone)]
             if lines:
-                parts += [f"### {plain(vehicle)}, {plain(demands)} demands\n", table(HEADERS, lines)]
+                words = weak_words(run, vehicle)
+                weak = [f"weak: {plain(words)}; labels and losses are of the rest.\n"] if words else []
+                parts += [f"### {plain(vehicle)}, {plain(demands)} demands\n", *weak, table(HEADERS, lines)]
                 parts += omission_note(len(measured) - len(rows))
         if capability := run.capability(vehicle):
             parts += [f"{plain(line)}.\n" for line in uncounted_methods(capability)]

@@ -78,13 +78,14 @@ def test_authority_without_full_rank_has_no_volume_and_no_condition():
 def test_a_nearly_singular_vehicle_has_a_large_condition():
     # Four motors, the last nearly in line with the other two once the first is off: PX4 pull request 28589.
     T = np.array([[1.0, 1.0, 1.0, 0.0], [1.0, -1.0, 1.0, 1e-4], [1.0, 1.0, -1.0, 1e-4]])
-    vehicle = replace(UKWIAL, T=T)
+    vehicle = replace(UKWIAL, T=T, weak_limit=0.0)
     whole, first, *_ = remaining_authority(vehicle)
     assert whole.rank == first.rank == 3
     assert whole.condition is not None
     assert first.condition is not None
     assert whole.condition < 10
     assert first.condition > 1000
+    assert [a.rank for a in remaining_authority(replace(UKWIAL, T=T))[:2]] == [3, 2]  # weak by 1 % of T
 
 
 def test_the_maximum_of_an_axis_that_can_not_be_pushed_alone_is_none():
