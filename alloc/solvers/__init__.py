@@ -3,9 +3,10 @@
 ``prepare`` is called once a vehicle and returns ``(b, lb, ub) -> Answer``, which is called once a demand. A
 module imports its binding in ``prepare`` only. The constants that it states are those of ``Solver``, and
 STATUS, the meaning of each exit flag: a verdict that the solver itself calls inaccurate (almost, close to)
-means NOT_CONVERGED, unless SETTINGS say how close it is. Two more may be stated.
+means NOT_CONVERGED, unless SETTINGS say how close it is. Three more may be stated.
 SHARED is the power of a weight by which thrusts get smaller units (``alloc.qp.problem``). ERRATIC is True
 where the solver may refuse one problem with different statuses, so that only equations tell which is right.
+SLOW is True where a call takes more than 1 ms: ``thrustbench run --quick`` leaves it out unless it is named.
 """
 
 from collections import Counter
@@ -102,6 +103,11 @@ def shared(name: str) -> float:
 def is_erratic(name: str) -> bool:
     """True if the solver of that name may return different statuses for one and the same problem."""
     return bool(getattr(load(name), "ERRATIC", False))
+
+
+def slow() -> tuple[str, ...]:
+    """Names of the solvers that state SLOW."""
+    return tuple(name for name in names() if getattr(load(name), "SLOW", False))
 
 
 def all_solvers() -> dict[str, Solver]:

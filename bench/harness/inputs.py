@@ -81,7 +81,7 @@ def read_contenders(settings: RunSettings) -> list[Contender]:
     """Read the plug-ins, then the methods of the catalogue.
 
     A name may be a pattern as a shell has it, ``qp/*``. A plug-in takes part whether it is named or not.
-    Whoever names methods gets them: ``settings.without`` leaves families out of all methods only. Raises
+    Whoever names methods gets them: ``settings.without`` leaves some out of all methods only. Raises
     UnknownName for a name that no method has.
     """
     plugged = plugin_contenders(settings)
@@ -94,7 +94,7 @@ def read_contenders(settings: RunSettings) -> list[Contender]:
         Contender(method=method_line(entry), starts=entry.starts, levels=entry.levels, missing=entry.missing)
         for entry in catalogue()
         if any(fnmatchcase(entry.name, name) for name in wanted)
-        and (settings.methods or entry.family not in settings.without)
+        and (settings.methods or not {entry.family, entry.solver}.intersection(settings.without))
     ]
     return [*plugged, *chosen]
 

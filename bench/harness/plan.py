@@ -9,6 +9,7 @@ import msgspec
 
 from alloc import AllocError, list_vehicles
 from alloc.formulations import Family, find_formulation
+from alloc.solvers import slow
 from bench.harness.timing import CANARIES, YARDSTICKS
 from bench.inputs.faults import EACH, GivenFault
 from bench.inputs.logs import LogOptions
@@ -33,7 +34,7 @@ class RunSettings(msgspec.Struct, frozen=True, kw_only=True):
     ----------
     demands, vehicles : names or paths
     methods : names, or patterns as a shell has them; empty for all
-    without : families of methods that are left out
+    without : families of methods, and solvers, that are left out
     study : a study out of ``bench.demands.generated``, whose vehicles are measured too
     plugins : files with a method
     faults : of each vehicle, one at a time; None is the whole vehicle
@@ -240,11 +241,11 @@ def default() -> RunSettings:
 
 
 def quick() -> RunSettings:
-    """Two vehicles in one repeat, without the one-shot route and the soft QPs: under 25 s."""
+    """Two vehicles in one repeat, without slow solvers, the one-shot route and soft QPs: under 25 s."""
     return RunSettings(
         vehicles=("ukwial", "bluerov2-heavy"),
         demands=DEFAULT_DEMANDS,
-        without=(Family.SOFT, Family.ONE_SHOT),
+        without=(Family.SOFT, Family.ONE_SHOT, *slow()),
         levels=("tight",),
         repeats=1,
         n_demands=50,

@@ -29,7 +29,7 @@ LOT = 50
 """Vehicles of one line; generated C, which has to be compiled, is asked on the first of each lot."""
 QUICK, SLOW, ONE_SHOT = 10, 3, 1
 """Demands that are asked of a quick solver, of a slow one, and of one that is built anew for each."""
-SLOW_SOLVERS = ("cvxopt", "highs", "osqp", "scs")
+SLOW_SOLVERS = ("cvxopt", "highs", "osqp", "qtqp", "scs", "sip")
 """These take a millisecond and more where they run to their caps."""
 SPARE = 5
 """Slow solvers, and those that are built anew for each call, are asked on one vehicle of so many."""

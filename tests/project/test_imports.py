@@ -18,13 +18,17 @@ FILES = [p for p in ALL if p.parent.name != "defects"]
 """All but the programs that show a solver's defect, which nothing imports."""
 IN_ALLOC = [p for p in FILES if p.is_relative_to(ROOT / "alloc")]
 METHODS, SOLVERS = ROOT / "alloc" / "methods", ROOT / "alloc" / "solvers"
-BINDINGS = {"clarabel", "cvxopt", "daqp", "ecos", "highspy", "osqp", "piqp", "proxsuite"} | {
-    "qoco",
-    "qpalm",
-    "qpsolvers",
-    "quadprog",
-    "scs",
-}
+BINDINGS = (
+    {"clarabel", "cvxopt", "daqp", "ecos", "highspy", "osqp", "piqp", "proxsuite"}
+    | {
+        "qoco",
+        "qpalm",
+        "qpsolvers",
+        "quadprog",
+        "scs",
+    }
+    | {"elastiqp", "qtqp", "sip_qp_python", "superADMM"}
+)
 
 
 def imported(path: Path, function_bodies: bool = True) -> set[str]:

@@ -35,6 +35,10 @@ CASES = {
     f"{ALLOCATE}qp/qpalm": ("solvers", ("qpalm",)),
     f"{ALLOCATE}qp/quadprog": ("solvers", ("quadprog",)),
     f"{ALLOCATE}qp/ecos": ("solvers", ("ecos",)),
+    f"{ALLOCATE}qp/elastiqp": ("more-solvers", ("elastiqp",)),
+    f"{ALLOCATE}qp/qtqp": ("more-solvers", ("qtqp",)),
+    f"{ALLOCATE}qp/sip": ("more-solvers", ("sip_qp_python",)),
+    f"{ALLOCATE}qp/superadmm": ("more-solvers", ("superADMM",)),
     f"{ALLOCATE}qp/qrqp@generated": ("rivals", ("casadi",)),
     f"{ALLOCATE}qp/qoco@generated": ("rivals", ("qocogen",)),
 }

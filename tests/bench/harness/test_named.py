@@ -10,11 +10,11 @@ from tests.plugin_files import write_plugin
 from tests.runs import contenders
 
 
-def test_a_preset_leaves_no_family_out_that_was_named() -> None:
-    settings = msgspec.structs.replace(quick(), methods=("qp-soft/daqp", "qpsolvers/*"))
+def test_a_preset_leaves_no_family_and_no_solver_out_that_was_named() -> None:
+    settings = msgspec.structs.replace(quick(), methods=("qp-soft/daqp", "qpsolvers/*", "qp/sip"))
     names = [contender.method.name for contender in contenders(settings)]
     assert "qp-soft/daqp" in names
-    assert "qpsolvers/daqp" in names
+    assert {"qpsolvers/daqp", "qp/sip"} <= set(names)
     assert not {c.method.name for c in contenders(quick())} & set(names)
 
 
