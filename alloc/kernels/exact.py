@@ -23,7 +23,7 @@ from alloc.kernels.entry import (
 from alloc.kernels.held import Gap, beyond
 from alloc.kernels.steps import Ratios, Strip, joined, nearest
 from alloc.kernels.tolerance import HELD, TOLERANCE, rounds
-from alloc.nullspace.region import Region, prepare
+from alloc.nullspace.region import THIN, Region, prepare
 from alloc.nullspace.structure import Block, Structure, decompose
 from alloc.program import Builder, Expression, Limits, Number, Program, Scalar, States, Where, least, most
 from alloc.program.graph import lifted
@@ -35,6 +35,11 @@ STEPS_LIMIT = 500
 """Most steps of a block: each is written out, and more would fill a microcontroller's flash."""
 LARGEST_FACTOR = 4.0
 """Most that a thrust which follows from others may move by where one of them moves by one."""
+
+THINNER: dict[Scalar, float] = {"double": THIN, "float": 1 / 8}
+"""``alloc.nullspace.region.THIN`` of a block of one dimension: rounding that thin rows magnify more would
+take single precision farther from the wrench that shares promise than SOLVED may miss. Steps of more
+dimensions stay in the order of those in Python."""
 
 
 class Piece(NamedTuple):
@@ -121,7 +126,7 @@ def piece(
     ``zero`` says where z of a block of one dimension is zero, if x is not G tau but any thrusts that make
     tau.
     """
-    region = prepare(block.N, slack)
+    region = prepare(block.N, slack, THINNER[builder.scalar] if block.N.shape[1] == 1 else THIN)
     if region.worst_case_steps > STEPS_LIMIT:
         raise NotApplicable(
             f"generated C: each step is written out, here {region.worst_case_steps}, "

@@ -55,9 +55,10 @@ def remaining(builder: Builder, f0: list[Number]) -> list[Expression]:
     return found
 
 
-PARALLEL: dict[Scalar, float] = {"double": edge.PARALLEL, "float": 2e-6}
+PARALLEL: dict[Scalar, float] = {"double": edge.PARALLEL, "float": 5e-7}
 EDGE: dict[Scalar, float] = {"double": edge.EDGE, "float": 4e-6}
-"""What ``alloc.reach.edge`` has for double, and what rounding makes of it in float."""
+"""What ``alloc.reach.edge`` has for double, and what rounding makes of it in float: some eight roundings of a
+step. A step that runs out of a facet by more is no longer met by thrusts within half of MET."""
 
 
 class Walk:
