@@ -56,15 +56,15 @@ def matrices(keys: VehicleFile) -> tuple[FloatArray, FloatArray | None]:
     """T (k, n); and the T that the poses make where the file gives T and poses, else None."""
     if keys.planar is not None and keys.thrusters is not None:
         raise VehicleError("planar and thrusters both give poses; keep one of them", "planar")
-    geometries = []
+    geometries, rows = [], [DOF.index(axis) for axis in keys.dof]
     if keys.T is not None:
         geometries.append(_rectangular("T", keys.T))
         if len(keys.T) != len(keys.dof):
             raise VehicleError(f"T: has {len(keys.T)} rows; give {len(keys.dof)}, one a DOF in 'dof'", "T")
     if keys.planar is not None:
-        geometries.append(_from_planar(keys.planar, keys.dof))
+        geometries.append(_from_planar(keys.planar, keys.dof)[rows])
     if keys.thrusters is not None:
-        geometries.append(_from_poses(keys))
+        geometries.append(_from_poses(keys)[rows])
     match geometries:
         case []:
             raise VehicleError("no geometry; give thrusters, planar or T")
@@ -130,6 +130,7 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
         name=keys.name,
         dof=tuple(keys.dof),
         T=T,
+        poses=_of_poses(keys, n),
         H=H,
         f_min=f_min,
         f_max=f_max,
@@ -197,12 +198,13 @@ def _from_planar(planar: Planar, dof: Sequence[str]) -> FloatArray:
         raise VehicleError(
             "planar: alpha_deg, d and phi_deg must be equally long, one entry a thruster", "planar"
         )
-    rows = {"surge": 0, "sway": 1, "yaw": 2}
+    rows = {"surge": 0, "sway": 1, "yaw": 5}
     unmoved = [axis for axis in dof if axis not in rows]
     if unmoved:
         raise VehicleError(f"dof: planar thrusters move surge, sway and yaw only, not {unmoved[0]}", "dof")
-    T = planar_matrix(np.array(planar.alpha_deg), np.array(planar.d), np.array(planar.phi_deg))
-    return T[[rows[axis] for axis in dof]]
+    whole = np.zeros((6, len(planar.d)))
+    whole[[*rows.values()]] = planar_matrix(planar.alpha_deg, planar.d, planar.phi_deg)
+    return whole
 
 
 def _from_poses(keys: VehicleFile) -> FloatArray:
@@ -219,8 +221,15 @@ def _from_poses(keys: VehicleFile) -> FloatArray:
         raise VehicleError(f"{key} has length {lengths[i]:.4g}; give a unit vector, as [{entries}]", key)
     positions = np.array([t.position for t in thrusters])
     moments = reaction_torques(keys, len(thrusters))
-    T = pose_matrix(positions, directions, np.array(keys.center_of_mass), moments)
-    return T[[DOF.index(axis) for axis in keys.dof]]
+    return pose_matrix(positions, directions, np.array(keys.center_of_mass), moments)
+
+
+def _of_poses(keys: VehicleFile, n: int) -> FloatArray | None:
+    """(6, n) all rows that the poses of a file make; None where it has none of n thrusters."""
+    if keys.planar is None and keys.thrusters is None:
+        return None
+    whole = _from_poses(keys) if keys.planar is None else _from_planar(keys.planar, keys.dof)
+    return whole if whole.shape[1] == n else None
 
 
 def _rectangular(key: str, rows: list[Numbers]) -> FloatArray:

@@ -48,8 +48,8 @@ def check_shapes(name: str, dof: Sequence[str], arrays: Mapping[str, FloatArray]
         raise VehicleError(f"{name}: T has shape {T.shape}; give {len(dof)} rows, one a DOF", "T")
     k, n = T.shape
     shapes = {"H": (n, n), "f_min": (n,), "f_max": (n,), "readiness": (n,), "slack_weights": (k,)}
-    for key, shape in shapes.items():
-        if arrays[key].shape != shape:
+    for key, shape in (shapes | {"poses": (6, n)}).items():
+        if key in arrays and arrays[key].shape != shape:
             raise VehicleError(
                 f"{name}: {key} has shape {arrays[key].shape}; {n} thrusters and {k} DOF need {shape}", key
             )
@@ -122,6 +122,7 @@ class Vehicle:
     survey : how well the geometry is known
     weak_limit : sigma / sigma_max up to which a direction is weak; None where the survey decides
     units : (k,) lengths that rows of T count with; None where these are their own
+    poses : (6, n) all six rows that poses make, uncontrolled axes too; None where T is all that is known
     """
 
     name: str
@@ -144,10 +145,12 @@ class Vehicle:
     survey: Survey = DRAWN
     weak_limit: float | None = None
     units: FloatArray | None = None
+    poses: FloatArray | None = None
 
     def __post_init__(self) -> None:
         """Freeze private copies of the arrays; raise VehicleError where they describe no vehicle."""
-        arrays = {key: checked_array(self.name, key, getattr(self, key)) for key in ARRAYS}
+        there = {key: value for key in (*ARRAYS, "poses") if (value := getattr(self, key)) is not None}
+        arrays = {key: checked_array(self.name, key, value) for key, value in there.items()}
         checked_frame(self.frame)
         check_shapes(self.name, self.dof, arrays)
         n = len(arrays["f_min"])
@@ -225,15 +228,14 @@ class Vehicle:
             return _frozen(self.units.copy())
         own = np.linalg.norm(self.T, axis=1)
         longest = own.max()
-        counted: FloatArray = np.where(own > RANK_TOLERANCE * longest, own, longest)
-        return _frozen(counted)
+        return _frozen(np.where(own > RANK_TOLERANCE * longest, own, longest))
 
     @cached_property
     def directions(self) -> Directions:
         """Directions of wrench with their authority and what the survey's tolerance makes of nothing."""
         far = np.maximum(np.abs(self.f_min), np.abs(self.f_max))
         far = np.where(far > 0.0, far, self.f_scale)  # limits of zero are a choice, no loss
-        return directions(self.T, self.readiness, far, self.dof, self.survey)
+        return directions(self.T, self.readiness, far, self.dof, self.survey, self.poses)
 
     @cached_property
     def _weak(self) -> IndexArray:
@@ -350,9 +352,7 @@ class Vehicle:
         Thrusts allocated within are made to the steps of the commands, so the shares of such an answer are
         those of what the ESCs make. Limits wholly beyond the curve become its end; limits that cross stay so.
 
-        Parameters
-        ----------
-        volts, f_min, f_max : as of ``commands``, and raises as it does
+        Parameters and errors are those of ``commands``.
         """
         low, high = self.f_min if f_min is None else f_min, self.f_max if f_max is None else f_max
         return esc_limits(self.name, self.esc, volts, low, high)
@@ -388,11 +388,11 @@ class Vehicle:
     def with_frame(self, frame: str) -> "Vehicle":
         """This vehicle in the frame ``frd`` or ``flu``: T, and with it every wrench, turned about x.
 
-        Thrusters, their limits and their numbers stay as they are, so the same demand, turned, gives the same
-        thrusts. Raises VehicleError for another frame.
+        The same demand, turned, gives the same thrusts. Raises VehicleError for another frame.
         """
         wanted = checked_frame(frame)
-        return self if wanted == self.frame else replace(self, T=turned(self.T, self.dof), frame=wanted)
+        T, poses = turned(self.T, self.dof), None if self.poses is None else turned(self.poses, DOF)
+        return self if wanted == self.frame else replace(self, T=T, poses=poses, frame=wanted)
 
 
 def _frozen(array: NDArray[Any]) -> NDArray[Any]:

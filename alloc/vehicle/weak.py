@@ -30,8 +30,10 @@ UNIT = 1e-3
 directions carry three digits."""
 SHORT = 0.24
 """Shortest row of T that counts with its own length among others, relative to a row of the rms [-]. A
-demand is projected in rows of one length, and a pitch of millimetres must not weigh as much as surge. No
-shipped vehicle has a row this short."""
+demand is projected in rows of one length, and a pitch of millimetres must not weigh as much as surge: shorter
+rows count as longer, up to one of the rms for a row of nothing. No shipped vehicle has a row this short.
+Rows of D alone (the rms for each) would do as well there, but a vehicle that loses a direction would get
+another wrench than its drawing, whose rows count with their own lengths."""
 MOST = 0.5
 """Largest sigma / sigma_max that a file may call weak: half of what the vehicle does best is not weak."""
 
@@ -104,18 +106,23 @@ class Directions(NamedTuple):
     ) -> tuple[FloatArray, FloatArray]:
         """T (k, n) whose ``working`` columns push nothing along the directions ``weak``; lengths of its rows.
 
-        Rows count with their own lengths, ``own`` (k,) of T, or SHORT of what thrusters at the rms arm make.
+        Rows count with their own lengths, ``own`` (k,) of T, or where these are SHORT with longer ones.
         Thrusters that are off count as on the drawing, so that failures change no length.
         """
         A, U = T / self.scale[:, None], (self.rows[weak] * self.scale).T
-        short = SHORT * np.linalg.norm(A) / np.sqrt(2.0) * self.scale
+        rms = np.linalg.norm(A) / np.sqrt(2.0) * self.scale
         if not len(weak):
-            return T, np.maximum(own, short)
+            return T, _counted(own, rms)
         strong = A[:, working] - U @ (U.T @ A[:, working])
         strong[np.abs(strong) <= ROUNDED * np.abs(A).max()] = 0.0
         whole = T.copy()
         whole[:, working] = strong * self.scale[:, None]
-        return whole, np.maximum(np.linalg.norm(whole, axis=1), short)
+        return whole, _counted(np.linalg.norm(whole, axis=1), rms)
+
+
+def _counted(own: FloatArray, rms: FloatArray) -> FloatArray:
+    """Lengths (k,) that rows count with: their own, or below SHORT longer ones, up to the rms for nothing."""
+    return np.where(own < SHORT * rms, rms - own * (1.0 - SHORT) / SHORT, own)
 
 
 def check_limit(name: str, below: float | None) -> None:
@@ -135,20 +142,39 @@ def axis_scale(T: FloatArray, dof: Sequence[str]) -> FloatArray:
 
 
 def directions(
-    T: FloatArray, readiness: FloatArray, far: FloatArray, dof: Sequence[str], survey: Survey
+    T: FloatArray,
+    readiness: FloatArray,
+    far: FloatArray,
+    dof: Sequence[str],
+    survey: Survey,
+    poses: FloatArray | None = None,
 ) -> Directions:
     """The directions of T P diag(far) and what a survey makes of them; far (n,) is max |f| [N]."""
-    scale = axis_scale(T, dof)
+    whole = six_rows(T, dof, poses)
+    scale = axis_scale(whole, DOF)[[DOF.index(axis) for axis in dof]]
     weight = readiness * far
     U, s, _ = np.linalg.svd(T * weight / scale[:, None])
     sigma = np.zeros(len(T))
     sigma[: len(s)] = s
     rows = U.T / scale
-    squares = doubts(T, dof, survey, rows)
+    squares = doubts(T, dof, survey, rows, whole)
     return Directions(rows, sigma, np.sqrt(squares @ weight**2), scale)
 
 
-def doubts(T: FloatArray, dof: Sequence[str], survey: Survey, rows: FloatArray) -> FloatArray:
+def six_rows(T: FloatArray, dof: Sequence[str], poses: FloatArray | None = None) -> FloatArray:
+    """(6, n) columns of all axes: those of ``poses`` that make T (k, n) to RELATIVE, else T and zeros."""
+    rows, whole = [DOF.index(axis) for axis in dof], np.zeros((6, T.shape[1]))
+    whole[rows] = T
+    if poses is None:
+        return whole
+    apart = np.abs(poses[rows] - T) > RELATIVE * np.abs(T).max(axis=1, keepdims=True)
+    known: FloatArray = np.where(apart.any(axis=0), whole, poses)
+    return known
+
+
+def doubts(
+    T: FloatArray, dof: Sequence[str], survey: Survey, rows: FloatArray, poses: FloatArray | None = None
+) -> FloatArray:
     """(m, n) mean square of c'dT_i for rows c (m, k), by linear propagation of uniform errors.
 
     A column of unit force e and moment m is a thrust at r = e x m, with a moment p e of its own. Turned
@@ -157,12 +183,12 @@ def doubts(T: FloatArray, dof: Sequence[str], survey: Survey, rows: FloatArray) 
 
         c'dT = theta'(e x (a + b x r + p b)) + dr'(e x b)
 
-    Where all three forces are controlled, thrusts may have another unit: e has then the length of the longest
-    column. Other columns err by the relative tolerance.
+    Axes that are not controlled count where ``poses`` (6, n) tell them. Where all three forces are
+    controlled, thrusts may have another unit: e has then the length of the longest column. Other columns err
+    by the relative tolerance.
     """
-    whole, c = np.zeros((6, T.shape[1])), np.zeros((len(rows), 6))
-    six = [DOF.index(axis) for axis in dof]
-    whole[six], c[:, six] = T, rows
+    whole, c = six_rows(T, dof, poses), np.zeros((len(rows), 6))
+    c[:, [DOF.index(axis) for axis in dof]] = rows
     forces = np.linalg.norm(whole[:3], axis=0)
     unit = float(forces.max()) if {*DOF[:3]} <= {*dof} and forces.any() else 1.0
     e, m = whole[:3].T / unit, whole[3:].T / unit

@@ -19,6 +19,8 @@ from bench.demands import DemandSet
 ESC = tuple(field.name for field in fields(Esc))
 LEVELS = ("priority", "groups")
 HARD = ("hard_labels", "hard_alpha")
+KNOWN = ("units", "poses")
+"""Arrays of a vehicle that may be missing."""
 
 
 def arrays_of(vehicle: Vehicle) -> dict[str, NDArray[Any]]:
@@ -32,8 +34,7 @@ def arrays_of(vehicle: Vehicle) -> dict[str, NDArray[Any]]:
     arrays["survey"] = np.array(
         [survey.mm, survey.deg, survey.relative, vehicle.weak_limit], dtype=np.float64
     )
-    if vehicle.units is not None:
-        arrays["units"] = vehicle.units
+    arrays |= {key: value for key in KNOWN if (value := getattr(vehicle, key)) is not None}
     if vehicle.slew is not None:
         arrays |= {"slew up": vehicle.slew.up, "slew down": vehicle.slew.down}
     if (table := vehicle.by_volts) is not None:
@@ -52,7 +53,8 @@ def vehicle_of(arrays: Mapping[str, NDArray[Any]]) -> Vehicle:
     if "survey" in arrays:  # logs of boards before it have none
         mm, deg, *known = arrays["survey"].tolist()
         relative, weak = (None if np.isnan(each) else each for each in known)
-        numbers |= {"survey": Survey(mm, deg, relative), "weak_limit": weak, "units": arrays.get("units")}
+        numbers |= {"survey": Survey(mm, deg, relative), "weak_limit": weak}
+        numbers |= {key: arrays.get(key) for key in KNOWN}
     if "slew up" in arrays:
         numbers["slew"] = Slew(arrays["slew up"], arrays["slew down"])
     if "volts" in arrays:

@@ -8,25 +8,25 @@ import numpy as np
 from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.vehicle.geometry import DOF, pose_matrix
-from alloc.vehicle.weak import Survey
+from alloc.vehicle.weak import Survey, six_rows
 
 
 def move_poses(vehicle: Vehicle, survey: Survey, rng: np.random.Generator) -> Vehicle:
     """The vehicle with each thrust's line moved: along and turned about each axis, uniformly.
 
     Lines are those that T says: e and e x m of a column of force e and moment m, [e; m], and the moment e'm
-    that a propeller has along its own thrust stays. Rows that T leaves out count as 0.
+    that a propeller has along its own thrust stays. Rows that T leaves out are those of the vehicle's poses,
+    or count as 0.
     """
-    rows = [DOF.index(axis) for axis in vehicle.dof]
-    whole = np.zeros((6, vehicle.n))
-    whole[rows] = vehicle.T
+    whole = six_rows(vehicle.T, vehicle.dof, vehicle.poses)
     e, m = whole[:3].T, whole[3:].T
     turn, moved = rng.uniform(-1.0, 1.0, (2, vehicle.n, 3))
     turned = e + np.cross(np.radians(survey.deg) * turn, e)
     turned *= (np.linalg.norm(e, axis=1) / np.linalg.norm(turned, axis=1))[:, None]
     positions = np.cross(e, m) + 1e-3 * survey.mm * moved
-    T = pose_matrix(positions, turned, reaction_torque=np.einsum("ij,ij->i", e, m))[rows]
-    return replace(vehicle, T=T)
+    found = pose_matrix(positions, turned, reaction_torque=np.einsum("ij,ij->i", e, m))
+    poses = None if vehicle.poses is None else found
+    return replace(vehicle, T=found[[DOF.index(axis) for axis in vehicle.dof]], poses=poses)
 
 
 def failures(vehicle: Vehicle, most: int) -> list[tuple[int, ...]]:

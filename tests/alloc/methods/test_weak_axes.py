@@ -16,7 +16,9 @@ from alloc.formulations import find_formulation
 from alloc.methods import recipe
 from alloc.program import Scalar, Where, at_fault, evaluate
 from alloc.vehicle.weak import Survey
+from bench.demands.store import arrays_of, vehicle_of
 from bench.demands.surveys import fail_thrusters, hexarotor, move_poses, pushable_demands
+from tests.readers import written
 
 WITH_SHARE = ("scaled", "scaled-by-group", "priority")
 LEAST = 0.95
@@ -72,11 +74,35 @@ def test_the_surveyed_six_thruster_bluerov2_surges_and_dives() -> None:
     for method in WITH_SHARE:
         surge, heave = (build(method, vehicle)(tau) for tau in 30.0 * np.eye(6)[[0, 2]])
         assert surge.share == heave.share == (1.0,)
-        assert (vehicle.T @ surge.f)[0] == pytest.approx(30.0, rel=0.04)  # and not 12 N
+        assert (vehicle.T @ surge.f)[0] == pytest.approx(30.0, rel=0.003)  # and not 12 N
         assert np.abs(surge.f).max() < 11.0  # and not 40 N against each other
         assert (vehicle.T @ heave.f)[2] == pytest.approx(30.0, rel=0.001)
         assert np.abs(heave.f[:4]).max() < 0.1  # and not 16.7 N
         assert abs(heave.residual[4]) < 0.06
+
+
+@pytest.mark.parametrize("method", WITH_SHARE)
+def test_a_demand_along_a_weak_axis_costs_the_others_next_to_nothing(method: str) -> None:
+    """A pitch of millimetres counted as 0.24 of an arm: 5 N m of it made -13 N of surge."""
+    vehicle = load_vehicle(Path("docs/vehicles/bluerov2-surveyed.yaml"))
+    allocate = build(method, vehicle)
+    alone, both = (allocate(tau) for tau in ([0, 0, 0, 0, 5, 0], [30, 0, 0, 0, 5, 0]))
+    assert np.abs(vehicle.T[:3] @ alone.f).max() < 1.1
+    assert (vehicle.T @ both.f)[0] == pytest.approx(30.0, abs=1.2)
+
+
+@pytest.mark.parametrize("dof", [["surge", "pitch", "yaw"], ["surge", "pitch"]], ids="-".join)
+def test_poses_tell_of_axes_that_nobody_controls(dof: list[str], tmp_path: Path) -> None:
+    """No column of surge, pitch and yaw alone was a thrust along a line; thrusters fought each other."""
+    text = Path("docs/vehicles/bluerov2-surveyed.yaml").read_text(encoding="utf-8")
+    whole = "[surge, sway, heave, roll, pitch, yaw]"
+    vehicle = load_vehicle(written(tmp_path / "mine.yaml", text.replace(whole, f"[{', '.join(dof)}]")))
+    for one in (vehicle, vehicle.with_frame("frd"), vehicle_of(arrays_of(vehicle))):
+        assert len(one.weak) == 1
+        surge = build("scaled", one)(30.0 * np.eye(len(dof))[0])
+        assert surge.share == (1.0,)
+        assert (one.T @ surge.f)[0] == pytest.approx(30.0, rel=0.03)
+        assert np.abs(surge.f).max() < 11.0  # and not 50 N against 40
 
 
 @cases

@@ -8,7 +8,7 @@ import pytest
 
 from alloc import Vehicle, generate, list_vehicles, load_vehicle
 from alloc.errors import VehicleError
-from alloc.vehicle.weak import WEAK, Survey, doubts
+from alloc.vehicle.weak import WEAK, Survey, doubts, six_rows
 from bench.demands.store import arrays_of, same_vehicle, vehicle_of
 from bench.demands.surveys import fail_thrusters, failures, hexarotor, move_poses
 from tests.readers import written
@@ -39,6 +39,18 @@ def test_entries_of_a_matrix_that_is_no_poses_err_by_a_share_of_their_row() -> N
     relative = (0.01 * np.abs(uneven).max(axis=1)) ** 2 / 3
     found = doubts(uneven, vehicle.dof, Survey(), c)[:, :-1]
     np.testing.assert_allclose(found, np.tile(relative[:, None], vehicle.n - 1))
+
+
+def test_poses_that_do_not_make_a_column_say_nothing_of_it() -> None:
+    vehicle = load_vehicle(Path("docs/vehicles/bluerov2-surveyed.yaml"))
+    assert vehicle.poses is not None
+    T = vehicle.T[[0, 4]] * [[1, 1, 1, 1.02, 1, 1], [1] * 6]
+    whole = six_rows(T, ("surge", "pitch"), vehicle.poses)
+    np.testing.assert_array_equal(whole[:, :3], vehicle.poses[:, :3])
+    np.testing.assert_array_equal(whole[[0, 4], 3], T[:, 3])
+    assert not whole[[1, 2, 3, 5], 3].any()
+    with pytest.raises(VehicleError, match=r"poses has shape \(5, 6\)"):
+        replace(vehicle, poses=vehicle.poses[:5])
 
 
 def test_weak_directions_are_those_of_any_unit_of_thrust() -> None:
