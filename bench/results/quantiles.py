@@ -8,7 +8,7 @@ from itertools import accumulate, chain
 from math import ceil
 from operator import itemgetter
 from statistics import median
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from alloc.vehicle.geometry import DOF, MOMENTS
 from bench.record import Batch, Cell, Header, Judged, Key, Method, Problem, Worker
@@ -178,10 +178,53 @@ class Repeats:
         """Judgements by the equations, one for each repeat that was judged."""
         return [cell.judged for cell in self.cells if cell.judged is not None]
 
+    @cached_property
+    def by_repeat(self) -> dict[int, list[float]]:
+        """Times of a call in each batch, by repeat [ns]."""
+        timed = ((cell.key.repeat, [b.wall_ns / b.calls for b in cell.batches]) for cell in self.cells)
+        return {repeat: times for repeat, times in timed if times}
+
     def centre(self, batches: Callable[[Cell], Sequence[Batch]], clock: str = "wall_ns") -> list[float]:
         """Median time of a call [ns] over the batches of each repeat, one number a repeat."""
         timed = [batches(cell) for cell in self.cells]
         return [median(getattr(b, clock) / b.calls for b in repeat) for repeat in timed if repeat]
+
+
+class RatioInterval(NamedTuple):
+    """Ends of an interval of a ratio of times.
+
+    Attributes
+    ----------
+    low, high : the ends [-]
+    is_confident : whether they hold the ratio with CONFIDENCE; else they are extremes, repeats being few
+    """
+
+    low: float
+    high: float
+    is_confident: bool
+
+
+def ratio_interval(pairs: Iterable[tuple[Repeats, Repeats]]) -> RatioInterval | None:
+    """Interval of the ratio of two methods' times, over the repeats of one run that measured both.
+
+    Each repeat of a pair gives a ratio of medians; the ends are order statistics of these. Where there are
+    too few for that, they are slowest over fastest batch of any repeat, and the other way round. None without
+    a repeat of both.
+    """
+    both = [
+        (times, two.by_repeat[repeat])
+        for one, two in pairs
+        for repeat, times in one.by_repeat.items()
+        if repeat in two.by_repeat
+    ]
+    if not both:
+        return None
+    ratios = sorted(median(one) / median(two) for one, two in both)
+    low, high = map(int, _ranks(len(ratios), 0.5))
+    if low >= 1 and high < len(ratios):
+        return RatioInterval(ratios[low - 1], ratios[high], is_confident=True)
+    least, most = (min(min(a) / max(b) for a, b in both), max(max(a) / min(b) for a, b in both))
+    return RatioInterval(least, most, is_confident=False)
 
 
 def group(items: Iterable[Item], key: Callable[[Item], Name]) -> dict[Name, list[Item]]:

@@ -9,7 +9,7 @@ from rich.console import Console
 
 from bench.record import Capability, Judged, Line, Method
 from bench.report.sections import facts
-from bench.report.sections.headline import answers, candidates, fastest_exact
+from bench.report.sections.headline import answers, candidates, exact_row
 from bench.report.terminal import _verdict, objections, show
 from bench.results.columns import Row
 from bench.results.ranking import has_wrong_answer, served_share
@@ -82,7 +82,7 @@ def test_a_plug_in_that_is_wrong_on_another_set_is_wrong_in_the_table(tmp_path: 
     run = run_of(tmp_path, Method(name="mine", formulation="hard", plugin=plugin), cell, on_inactive)
     active = next(row for row in run.rows if row.demands == "active")
     assert answers(active).startswith("wrong: farther from the optimum") == plugin
-    assert (fastest_exact([active]) is None) == plugin
+    assert (exact_row([active]) is None) == plugin
     assert [row.demands for row in run.rows if has_wrong_answer(row)] == ["inactive"]
     assert [line.count("inactive demands: 0.05 of") for line in objections(run.rows)] == [1]
 
