@@ -55,7 +55,10 @@ from bench.commands import (
 @click.option("--repeats", type=click.IntRange(1), help="Fresh processes a method [2].")
 @click.option("--seed", type=click.IntRange(0), help="Of demands and order [0].")
 @click.option(
-    "--n", "n_demands", type=click.IntRange(1), help="Demands of a set, the first of a log [60; --quick 50]."
+    "--n",
+    "n_demands",
+    type=click.IntRange(1),
+    help="Demands of a set, the first of a log [60; --quick 50]; of a mission those that are timed.",
 )
 @click.option("--budget-ms", type=Finite(0), help="Time for the calls of a cell in one repeat [ms].")
 @click.option(

@@ -7,6 +7,7 @@ RATE_HZ : the sampling rate of a sequence in time
 COUNT : how many demands the set has by default; where it is a sequence, also the most it can have
 SEED_NAME : the set with which it shares its random numbers
 answering(vehicle) : the vehicle that must answer the demands, where that is a degraded one
+start(vehicle, taus, n) : of a sequence that is judged whole, the first of the n demands that are timed
 """
 
 import hashlib
@@ -66,7 +67,9 @@ class DemandSet:
     hard_labels, hard_alpha : the same of eq. 4-5, which holds weak directions at the demand; None where no
         direction is weak but those that are lost. There ``labels`` and ``alpha`` are of the strong part
     rate_hz : sampling rate, None where the demands are no sequence in time
-    left_out : demands of a file that are beyond the number asked for
+    left_out : demands of a file, or of a sequence, that are beyond the number asked for
+    part : of a sequence that is judged whole, the first demand that is timed and the one after the last; None
+        where all are timed
     beyond, beyond_longest : of all demands of a file, these included, how many can't be met, and how many of
         them follow one another at most
     crossed : of all demands of a file, how many have limits that cross; ``beyond`` is without them
@@ -85,6 +88,7 @@ class DemandSet:
     hard_alpha: FloatArray | None = None
     rate_hz: float | None = None
     left_out: int = 0
+    part: tuple[int, int] | None = None
     beyond: int = 0
     beyond_longest: int = 0
     crossed: int = 0
@@ -127,11 +131,18 @@ def list_demands() -> tuple[str, ...]:
 
 
 def build_demands(
-    name: str | Path, vehicle: Vehicle, seed: int, n: int | None = None, log: "LogOptions | None" = None
+    name: str | Path,
+    vehicle: Vehicle,
+    seed: int,
+    n: int | None = None,
+    log: "LogOptions | None" = None,
+    *,
+    whole: bool = False,
 ) -> DemandSet:
     """The named set for a vehicle, or the demands in a file; always the same for the same seed.
 
-    ``log`` says what a file does not say itself.
+    ``log`` says what a file does not say itself. ``whole`` asks for all of a mission, of which n demands are
+    timed: what is attainable in half a second of it tells nothing of its half-minute.
 
     The generator is derived from (seed, vehicle name, set name), so that no set depends on which
     others were made before it. Raises UnknownName; NotApplicable where the vehicle has no such
@@ -150,9 +161,15 @@ def build_demands(
     rate_hz = getattr(module, "RATE_HZ", None)
     if hasattr(module, "within"):
         taus, *limits = module.within(vehicle, rng, count)
+        part = None
     else:
-        taus, limits = module.demands(vehicle, rng, count), []
-    return labelled(str(name), answering, unasked_weak_axes(answering, taus), *limits, rate_hz=rate_hz)
+        judged_whole = whole and hasattr(module, "start") and count < module.COUNT
+        taus, limits = module.demands(vehicle, rng, module.COUNT if judged_whole else count), []
+        first = module.start(vehicle, taus, count) if judged_whole else 0
+        part = (first, first + count) if judged_whole else None
+    made = labelled(str(name), answering, unasked_weak_axes(answering, taus), *limits, rate_hz=rate_hz)
+    cut = max(0, module.COUNT - count) if rate_hz is not None and part is None else 0
+    return replace(made, part=part, left_out=cut) if part or cut else made
 
 
 def along_axes(vehicle: Vehicle, n: int) -> FloatArray:

@@ -204,17 +204,28 @@ def under_way(
     f_min: FloatArray | None = None,
     f_max: FloatArray | None = None,
 ) -> FloatArray:
-    """n consecutive demands (n, k) [N, N m] of the first half.
+    """n consecutive demands (n, k) [N, N m] of the first half, from ``interesting_start``."""
+    taus = fly(vehicle, vehicle, rng, HALF).taus
+    start = interesting_start(vehicle, taus, n, f_min, f_max)
+    return taus[start : start + n]
+
+
+def interesting_start(
+    vehicle: Vehicle,
+    taus: FloatArray,
+    n: int,
+    f_min: FloatArray | None = None,
+    f_max: FloatArray | None = None,
+) -> int:
+    """First of n demands of the first half, all of whose demands are ``taus``.
 
     Fewer than all are half before, half after the moment at which the vehicle, after its first waypoint, can
     do what is asked again, within f_min and f_max (n,) [N] if given: all of one kind would say little.
     """
-    taus = fly(vehicle, vehicle, rng, HALF).taus
     asked = strong_demands(vehicle, taus[STEPS[0] :])
     able = np.flatnonzero(alpha_max(strong_vehicle(vehicle), asked, f_min, f_max) >= 1)
     middle = STEPS[0] + (int(able[0]) if able.size else 0)
-    start = max(0, min(middle - n // 2, HALF - n))
-    return taus[start : start + n]
+    return max(0, min(middle - n // 2, HALF - n))
 
 
 def newtons_of_the_body(vehicle: Vehicle) -> FloatArray:

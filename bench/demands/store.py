@@ -127,6 +127,7 @@ def arrays_of_demands(demands: DemandSet) -> dict[str, NDArray[Any]]:
         "alpha": demands.alpha,
         "rate_hz": np.array(np.nan if demands.rate_hz is None else demands.rate_hz),
         "gaps": np.array(demands.gaps, dtype=np.intp),
+        "part": np.array(demands.part or (), dtype=np.intp),
         **_limits(demands.f_min, demands.f_max),
         **{key: part for key in HARD if (part := getattr(demands, key)) is not None},
     }
@@ -135,6 +136,7 @@ def arrays_of_demands(demands: DemandSet) -> dict[str, NDArray[Any]]:
 def demands_of(arrays: Mapping[str, NDArray[Any]]) -> DemandSet:
     """The demand set made of what ``arrays_of_demands`` returned, with ``left_out`` 0."""
     rate_hz = float(arrays["rate_hz"])
+    part = arrays["part"].tolist() if "part" in arrays else []  # logs of boards before it have none
     return DemandSet(
         name=str(arrays["demands"]),
         vehicle=vehicle_of(arrays),
@@ -145,6 +147,7 @@ def demands_of(arrays: Mapping[str, NDArray[Any]]) -> DemandSet:
         hard_alpha=arrays.get("hard_alpha"),
         rate_hz=None if np.isnan(rate_hz) else rate_hz,
         gaps=tuple(arrays["gaps"].tolist()),
+        part=(part[0], part[1]) if part else None,
         f_min=arrays.get("row f_min"),
         f_max=arrays.get("row f_max"),
     )

@@ -185,7 +185,16 @@ def read_demands(settings: RunSettings) -> RunDemands:
     for vehicle in states:
         for name in settings.demands:
             try:
-                made.append(build_demands(name, vehicle, settings.seed, settings.n_demands, settings.log))
+                made.append(
+                    build_demands(
+                        name,
+                        vehicle,
+                        settings.seed,
+                        settings.n_demands,
+                        settings.log,
+                        whole=not vehicle.faults,  # every failure of every vehicle would take hours
+                    )
+                )
             except NotApplicable as reason:
                 why = str(reason).removeprefix(f"{vehicle.name}: ")
                 lacking.setdefault(name, {}).setdefault(why, []).append(vehicle.name)

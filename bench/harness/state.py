@@ -58,6 +58,7 @@ class RunState:
     core : where workers are pinned, None for anywhere
     measured : cells since the run was started or resumed
     timed_ns : sum of their timed calls [ns]
+    judging_ns : sum of their ``Cell.judging_ns``, which no budget of timed calls pays for [ns]
     """
 
     settings: RunSettings
@@ -75,6 +76,7 @@ class RunState:
     core: int | None = field(default_factory=machine.core)
     measured: int = 0
     timed_ns: int = 0
+    judging_ns: int = 0
 
     def keep(self, cell: Cell) -> None:
         """Append a cell to the record and tell the watcher."""
@@ -84,6 +86,7 @@ class RunState:
             self.hung.add(any_repeat(cell.key))
         self.measured += 1
         self.timed_ns += cell.timed_ns
+        self.judging_ns += cell.judging_ns
         self.tell(cell.key.method)
 
     def tell(self, method: str) -> None:
@@ -137,9 +140,10 @@ class RunState:
 
     def _budget_ns(self) -> int:
         # The overhead is what this run has measured so far, since it differs from machine to machine.
-        untimed = time.monotonic() - self.ready - self.timed_ns / 1e9
+        judging = self.judging_ns / 1e9
+        untimed = time.monotonic() - self.ready - self.timed_ns / 1e9 - judging
         overhead = untimed / self.measured if self.measured else OVERHEAD_S
-        left = self.settings.target_s - (time.monotonic() - self.began)
+        left = self.settings.target_s - (time.monotonic() - self.began) + judging
         return budget_ns(self.settings, left, self.total - len(self.done), overhead)
 
 

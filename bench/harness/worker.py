@@ -252,13 +252,14 @@ def measure(task: MeasureTask, question: Question, job: Job, line: Worker) -> Ce
         setup_ns = setup_ns[1:]
     cell = Cell(key=task.key, status="ok", n_demands=len(question.demands.taus), setup_ns=setup_ns)
     core = job.core if job.core is not None else 0
-    inputs = arguments(question)
+    timed = question.timed
+    inputs = arguments(timed)
     solvers.disbelieved.clear()
     with no_garbage_collection():
         before = reading(core)
         samples: Samples[Any] = sample(allocator, inputs, job.budget_ns)
         cell.disbelieved = dict(solvers.disbelieved)
-        binding = time_binding(allocator, question, job.budget_ns // BINDING_SHARE)
+        binding = time_binding(allocator, timed, job.budget_ns // BINDING_SHARE)
         cell.quiet = between(before, reading(core))
         cell.canary_ns = canary_ns()
     cell.batches, cell.binding_batches = samples.batches, binding.batches
@@ -266,10 +267,30 @@ def measure(task: MeasureTask, question: Question, job: Job, line: Worker) -> Ce
     cell.timed_ns = samples.timed_ns + binding.timed_ns
     if job.method not in YARDSTICKS:
         cell.allocator_bytes = reachable_bytes(allocator)
-        describe(cell, allocator, samples.answers, question)
-        if cell.judged and any(map(changed, inputs, arguments(question))):
+        describe(cell, allocator, samples.answers, timed)
+        if cell.judged and any(map(changed, inputs, arguments(timed))):
             cell.judged.wrong = "; ".join(filter(None, (cell.judged.wrong, WRITES)))
+        if timed is not question:
+            judge_whole(cell, allocator, question)
     return cell
+
+
+def judge_whole(cell: Cell, allocator: Allocator, question: Question) -> None:
+    """Ask all of a mission, untimed, and put its verdict in place of that on the part that was timed.
+
+    What was wrong or far off in a timed answer stays so. In later repeats no answer is counted again.
+    """
+    began, part = time.perf_counter_ns(), cell.judged
+    assert part is not None
+    part.answers, part.counts = 0, {}
+    if cell.key.repeat == 0:
+        answers = [allocator(*call) for call in zip(*arguments(question), strict=True)]
+        describe(cell, allocator, answers, question)
+        whole = cell.judged
+        assert whole is not None
+        whole.wrong = whole.wrong or part.wrong
+        whole.agrees = False if part.agrees is False else whole.agrees
+    cell.judging_ns = time.perf_counter_ns() - began
 
 
 def arguments(question: Question) -> list[list[FloatArray]]:
@@ -329,9 +350,10 @@ def describe(cell: Cell, allocator: Allocator, answers: list[Allocation], questi
     cell.formulation, cell.limited = promises["formulation"], promises["limited"]
     cell.worst_case_steps = allocator.worst_case_steps if isinstance(allocator, BoundedSteps) else None
     _, _, iterations, solver_s, *_ = zip(*answers, strict=True)
-    own_clock = np.rint(np.array(solver_s) * 1e9)
-    cell.solver_singles = tally(own_clock[np.isfinite(own_clock)].astype(np.int64).tolist())
-    cell.iterations_max = max(iterations)
+    if not cell.solver_singles:  # of the answers that were timed, which come first
+        own_clock = np.rint(np.array(solver_s) * 1e9)
+        cell.solver_singles = tally(own_clock[np.isfinite(own_clock)].astype(np.int64).tolist())
+    cell.iterations_max = max(*iterations, cell.iterations_max or 0)
     cell.judged = judge(question, answers, **promises, thorough=cell.key.repeat == 0)
 
 

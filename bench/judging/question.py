@@ -1,7 +1,7 @@
 """Demands with their right answers, made once a run and handed to the workers."""
 
 from collections.abc import Callable, Container, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from pathlib import Path
 from types import MappingProxyType
@@ -40,6 +40,18 @@ class Question:
         """Write demands and right answers into one .npz file."""
         right = {f"right {name}": F for name, F in self.right.items()}
         save(path, **arrays_of_demands(self.demands), **right)
+
+    @property
+    def timed(self) -> "Question":
+        """The part of the question that is timed: all of it, but of a mission that is judged whole."""
+        if self.demands.part is None:
+            return self
+        rows = slice(*self.demands.part)
+        names = ("taus", "labels", "alpha", "hard_labels", "hard_alpha", "f_min", "f_max")
+        whole: dict[str, Any] = {name: getattr(self.demands, name) for name in names}
+        cut: dict[str, Any] = {name: array[rows] for name, array in whole.items() if array is not None}
+        demands = replace(self.demands, **cut, part=None, gaps=())
+        return Question(demands, {name: F[rows] for name, F in self.right.items()}, self.reference)
 
     @classmethod
     def load(cls, path: Path) -> "Question":

@@ -141,6 +141,7 @@ class Cell(msgspec.Struct, tag="cell", omit_defaults=True):
     worst_case_steps : a bound on the steps that no demand can exceed
     allocator_bytes : see ``bench.harness.worker.reachable_bytes``
     timed_ns : the sum of all timed calls
+    judging_ns : time of asking and judging what was not timed, as the rest of a mission is
     canary_ns : time of the canary just after this cell
     disbelieved : what the solver said in so many of the timed calls and was not believed
         (``alloc.solvers.disbelieved``)
@@ -163,6 +164,7 @@ class Cell(msgspec.Struct, tag="cell", omit_defaults=True):
     worst_case_steps: int | None = None
     allocator_bytes: int | None = None
     timed_ns: int = 0
+    judging_ns: int = 0
     canary_ns: int | None = None
     disbelieved: dict[str, int] = {}
     worst: list[float] = []

@@ -92,7 +92,7 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     dof, n, rank, nullity : of the vehicle, rank and nullity without weak directions
     f_scale : the vehicle's largest limit [N]
     wrench_scale : (k,) size of a wrench on each axis [N, N m]
-    left_out : demands of a log that were not asked
+    left_out : demands of a log, or of a mission, that were not asked
     beyond, beyond_longest : of all demands of a log, these included, how many can't be met, and how many of
         them follow one another at most
     crossed, crossed_asked : of all demands of a log, and of those asked, how many had limits that cross;

@@ -227,6 +227,7 @@ def _worth(size: Size) -> dict[str, Any]:
     return {
         "exact": size.exact,
         "refusal": size.refusal,
+        "part": size.part,
         "gap": size.gap,
         "picky": size.picky,
         "spoken": spoken_name(size),

@@ -73,7 +73,8 @@ def verdict(own: Sequence[Size], loop: Loop) -> str:
         )
         return f"nothing here fits {percent(loop.limit_share)} of the period; {why}."
     if first.refused >= 1:
-        return f"nothing to take: {spoken_name(first)} refuses {first.refusal}."
+        part = f" ({first.part})" if first.part else ""
+        return f"nothing to take: {spoken_name(first)} refuses {first.refusal}{part}."
     share = _small((first.p50_us or 0.0) / loop.period_us)
     text = f"take {spoken_name(first)}; {_worth(first, own)}; {share} of the period"
     if first.fit == Fit.WITHOUT_TAIL:
@@ -84,6 +85,8 @@ def verdict(own: Sequence[Size], loop: Loop) -> str:
         text += f"; {spoken_name(refusing)} refuses {refusing.refusal}"
     if first.freedom == 0:
         text += "; no spare thruster: each wrench has one solution"
+    if first.part:
+        text += f"; {first.part}"
     other = _other(first, own)
     return f"{text}; {other} would do too." if other else f"{text}."
 
@@ -138,7 +141,7 @@ def trust_note(run: Run) -> str:
 
 def cut_log_notes(run: Run, write: Callable[[str], str] = str) -> list[str]:
     """A sentence for each log that was not asked whole; ``write`` makes a name harmless where it stands."""
-    logs = (p for p in run.record.problems if p.left_out)
+    logs = (p for p in run.record.problems if p.left_out and p.given)
     return sorted({cut_note(write(p.demands), p.n_demands, p.left_out) for p in logs})
 
 

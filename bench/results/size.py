@@ -115,6 +115,7 @@ class Size:
     refused : share of a log or a mission that got no thrusts [-], of several the largest;
         1 where something that can be met was not delivered at all
     refusal : that, or what else it refuses, in words; empty where it answers all
+    part : in words, how much of a mission was asked where that is not all of it; else empty
     missing : share of the demands that can be met of which it leaves out more than SERVED_WITHIN [-]
     unanswered : whether some demand that was asked, drawn or of a log, got no thrusts within the limits, or a
         wrench of nothing
@@ -147,6 +148,7 @@ class Size:
     exact: bool = False
     refused: float = 0.0
     refusal: str = ""
+    part: str = ""
     missing: float = 0.0
     unanswered: bool = False
     picky: bool = False

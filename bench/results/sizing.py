@@ -93,7 +93,9 @@ def _refused(row: Row, problem: Problem | None) -> Refusal:
         # Nobody can keep those, so to refuse them is no less than to answer them. Shares are rounded.
         refused = max(0, round(refused * n) - problem.crossed_asked) / n
         run = min(run, problem.beyond_longest) if problem.crossed_asked else run
-    if problem is not None and problem.left_out and refuses(row.formulation):  # then more than was asked
+    if (
+        problem is not None and problem.given and problem.left_out and refuses(row.formulation)
+    ):  # then more than was asked
         refused = problem.beyond / (problem.n_demands + problem.left_out)
         run = problem.beyond_longest
     in_time = problem is not None and (problem.given or problem.rate_hz is not None)  # a log or a mission
@@ -376,6 +378,7 @@ def pool_rows(run: Run, rows: Sequence[Row], transfer: Transfer | None = None) -
         or (first.unlimited and any(row.limits_violated_share for row in rows)),
         refused=said.share,
         refusal=said.words,
+        part=" and ".join(part_note(each) for each in known if each.left_out and not each.given),
         moving=moving,
         picky=refuses(first.formulation) and said.words not in MISSES,
         p50_us=p50,
@@ -387,6 +390,13 @@ def pool_rows(run: Run, rows: Sequence[Row], transfer: Transfer | None = None) -
         steps=first.worst_case_steps,
     )
     return Pool(size, singles, None if transfer else find_pauses(run))
+
+
+def part_note(problem: Problem) -> str:
+    """How much of a sequence was asked, in words."""
+    return (
+        f"of {problem.demands}'s {problem.n_demands + problem.left_out:,} demands {problem.n_demands:,} asked"
+    )
 
 
 def is_exact_everywhere(rows: Sequence[Row]) -> bool:

@@ -8,7 +8,7 @@ from alloc.reach.volumes import worst_fault
 from bench.demands.mission import HALF, RATE_HZ, STEPS, fly
 from bench.demands.strong import strong_vehicle
 
-__all__ = ["COUNT", "RATE_HZ", "SEED_NAME", "answering", "demands"]
+__all__ = ["COUNT", "RATE_HZ", "SEED_NAME", "answering", "demands", "start"]
 
 COUNT = HALF
 SEED_NAME = "mission"
@@ -17,9 +17,15 @@ SEED_NAME = "mission"
 
 def demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
     """n consecutive demands (n, k) [N, N m] at RATE_HZ; fewer than all start at the first waypoint then."""
-    first = next(step for step in STEPS if step >= HALF)
-    start = min(first, 2 * HALF - min(n, HALF))
-    return fly(vehicle, answering(vehicle), rng).taus[start : start + n]
+    taus = fly(vehicle, answering(vehicle), rng).taus[HALF:]
+    first = start(vehicle, taus, n)
+    return taus[first : first + n]
+
+
+def start(vehicle: Vehicle, taus: FloatArray, n: int) -> int:
+    """First of the n demands, of all ``taus``, that are timed: that of the first waypoint, if it can be."""
+    first = next(step for step in STEPS if step >= HALF) - HALF
+    return min(first, HALF - min(n, HALF))
 
 
 def answering(vehicle: Vehicle) -> Vehicle:

@@ -110,7 +110,7 @@ function verdict(sizes, vehicle, loop, where) {
     const why = times.length ? `the fastest median is ${percent(Math.min(...times) / loop.period)} of the period` : "none has a time that counts";
     return `${question}: nothing here fits ${percent(loop.limit / loop.period)} of the period; ${why}.`;
   }
-  if (first.refused >= 1) return `${question}: nothing to take: ${first.spoken} refuses ${first.refusal}.`;
+  if (first.refused >= 1) return `${question}: nothing to take: ${first.spoken} refuses ${first.refusal}${first.part ? ` (${first.part})` : ""}.`;
   const late = sizes.find((size) => size.exact && size.fit === DOES_NOT_FIT), picky = sizes.find((size) => size.exact && size.refused && size.fit <= MAY_FIT);
   const inexact = picky ? `${picky.spoken} is exact but refuses some demands` : late ? `${late.label} is exact but too slow` : "no exact method was measured";
   const exactness = (first.exact ? "exact" : `not exact (${inexact})`) + (first.unlimited ? ", knows no limits" : "");
@@ -123,6 +123,7 @@ function verdict(sizes, vehicle, loop, where) {
   const exacting = sizes.filter((size) => size.picky), refusing = exacting[0];
   if (refusing && exacting.every((size) => byNumbers([size.gap, size.refused], [first.gap, first.refused]) > 0)) text += `; ${refusing.spoken} refuses ${refusing.refusal}`;
   if (first.freedom === 0) text += "; no spare thruster: each wrench has one solution";
+  if (first.part) text += `; ${first.part}`;
   const other = sizes.slice(1).find((size) => alike(size, first) && size.method !== first.twin && (first.refusal || !size.refusal));
   return other ? `${text}; ${other.spoken} would do too.` : `${text}.`;
 }

@@ -313,10 +313,11 @@ def _by_time(one: Priced) -> float:
 
 
 def _asked(run: Run, priced: list[Priced], kind: str) -> str:
-    """The sets of a kind, and of a log how much of it was asked: the rest may be of another kind."""
+    """The sets of a kind, and how much was asked of a log or mission: the rest may be of another kind."""
     asked = {one.row.demands: (one.row.vehicle, one.row.demands) for one in priced if one.kind == kind}
     names = []
     for demands, key in sorted(asked.items()):
         problem = run.problem_by_set[key]
-        names.append(f"the first {problem.n_demands} of {demands}" if problem.left_out else demands)
+        first = "the first " if problem.given else ""
+        names.append(f"{first}{problem.n_demands} of {demands}" if problem.left_out else demands)
     return plain(" and ".join(names))

@@ -198,7 +198,8 @@ def title(problem: Problem) -> str:
     """Title with vehicle, set, number of demands of each kind, and limits that move."""
     kinds = ", ".join(f"{count} {name}" for name, count in problem.labels.items())
     limits = "limits of each" if problem.moving else "fixed limits"
-    return f"{problem.vehicle}, {problem.demands}: {problem.n_demands} demands ({kinds}), {limits}"
+    whole = f" of {problem.n_demands + problem.left_out}" if problem.left_out else ""
+    return f"{problem.vehicle}, {problem.demands}: {problem.n_demands}{whole} demands ({kinds}), {limits}"
 
 
 def sequence_table(run: Run, problem: Problem) -> str:
@@ -270,11 +271,17 @@ def mission(run: Run, drawn: frozenset[str]) -> str:
 
 
 def _flown(run: Run) -> str:
-    """How many demands of the flight were asked, and their time: a run asks as many as of any other set."""
+    """How many demands of the flight were asked, of how many, and their time."""
     halves = [p for p in run.record.problems if p.demands in (BEFORE, AFTER)]
-    most = max((p.n_demands for p in halves), default=0)
-    seconds = max((p.n_demands / p.rate_hz for p in halves if p.rate_hz), default=None)
-    return f"{most} demands" + ("" if seconds is None else f" ({three(seconds)} s)")
+    if not halves:
+        return "0 demands"
+    most = max(halves, key=lambda p: p.n_demands)
+    n, total = most.n_demands, most.n_demands + most.left_out
+    demands = f"{n:,} of {total:,}" if total > n else f"{n:,}"
+    if not most.rate_hz:
+        return f"{demands} demands"
+    seconds = [three(count / most.rate_hz) for count in ((n, total) if total > n else (n,))]
+    return f"{demands} demands ({' of '.join(seconds)} s)"
 
 
 def _degraded(run: Run, vehicle: str) -> list[str]:

@@ -21,6 +21,22 @@ def sets(name: str) -> tuple[DemandSet, DemandSet]:
     return build_demands("mission", vehicle, 1), build_demands("mission-fault", vehicle, 1)
 
 
+@pytest.mark.parametrize("set_name", ["mission", "mission-fault"])
+@pytest.mark.parametrize("name", NAMES)
+def test_a_mission_that_is_judged_whole_is_timed_on_the_part_that_was_asked_alone(
+    name: str, set_name: str
+) -> None:
+    vehicle = load_vehicle(name)
+    whole = build_demands(set_name, vehicle, 1, 60, whole=True)
+    alone = build_demands(set_name, vehicle, 1, 60)
+    assert (len(whole.taus), whole.left_out) == (HALF, 0)
+    assert (len(alone.taus), alone.left_out) == (60, HALF - 60)
+    assert whole.part is not None
+    np.testing.assert_array_equal(whole.taus[slice(*whole.part)], alone.taus)
+    np.testing.assert_array_equal(whole.taus, sets(name)[set_name == "mission-fault"].taus)
+    assert build_demands(set_name, vehicle, 1, HALF, whole=True).part is None
+
+
 def test_coriolis_forces_do_no_work():
     rng = np.random.default_rng(1)
     for v in rng.normal(size=(20, 6)):

@@ -249,3 +249,55 @@ def test_a_user_s_file_that_changed_since_keeps_a_record_from_being_continued(
         RecordError, match=f"was made with {re.escape(str(tmp_path / changed.split('/')[0]))}"
     ):
         check_same(before, header(settings), tmp_path)
+
+
+def test_a_mission_is_judged_whole_however_few_of_its_demands_are_timed(tmp_path: Path) -> None:
+    """Red before: 60 demands said "take nullspace", 3,000 "take scaled"; 0 % of them within 1 %, and 86 %."""
+    plugin = tmp_path / "late.py"  # its answers are right, but for one demand that is not among the first
+    plugin.write_text(LATE, encoding="utf-8")
+    found = {}
+    for n in (8, 60):
+        out = tmp_path / str(n)
+        options = [
+            f"--vehicle=ukwial|--method=pinv|--demands=mission|--plugin={plugin}|--n={n}|--budget-ms=1"
+        ]
+        options = [*options[0].split("|"), "--repeats=2", f"--out={out}"]
+        CliRunner().invoke(cli, ["run", *options], standalone_mode=False)
+        cells = [cell for cell in read(out).cells if cell.key.demands == "mission" and cell.judged]
+        assert {cell.n_demands for cell in cells if cell.judged and cell.key.method == "pinv"} == {3000}
+        assert all(batch.calls % n == 0 for cell in cells for batch in cell.batches)
+        found[n] = [
+            (
+                cell.key.method,
+                cell.judged.answers,
+                cell.judged.loss,
+                cell.judged.missed_max,
+                cell.judged.wrong,
+            )
+            for cell in cells
+            if cell.judged and cell.key.repeat == 0
+        ]
+        (asked,) = [each for each in read(out).problems if each.demands == "mission"]
+        assert (asked.n_demands, asked.left_out, sum(asked.labels.values())) == (3000, 0, 3000)
+        assert {c.judged.answers for c in cells if c.judged and c.key.repeat == 1} == {0}
+    assert sorted(found[8]) == sorted(found[60])
+    assert {method: bool(wrong) for method, *_, wrong in found[8]} == {"pinv": False, "late": True}
+
+
+LATE = """
+import numpy as np
+import alloc
+
+FORMULATION = "limited"
+
+
+def build(vehicle):
+    exact, last = alloc.build("clip", vehicle), []
+
+    def allocate(tau, f_min=None, f_max=None):
+        last.append(tau[0])
+        f = exact(tau).f
+        return f + 1e3 * (tau[0] > 100)
+
+    return allocate
+"""

@@ -172,6 +172,9 @@ def test_the_mission_says_how_much_of_the_flight_was_asked(tmp_path: Path) -> No
     cells = [cell(key=Key(p.vehicle, p.demands, "pinv")) for p in asked]
     text = mission(made_up.run(tmp_path, *asked, *cells), frozenset())
     assert "60 demands (0.600 s) of waypoints" in text
+    asked = [msgspec.structs.replace(each, left_out=2940) for each in asked]
+    text = mission(made_up.run(tmp_path, *asked, *cells), frozenset())
+    assert "60 of 3,000 demands (0.600 of 30.0 s) of waypoints" in text
 
 
 def test_an_axis_without_its_ends_is_refused_with_its_line(tmp_path: Path) -> None:

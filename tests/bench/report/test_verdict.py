@@ -137,6 +137,12 @@ SENTENCES: dict[str, tuple[Problem | None, list[Cell], str]] = {
     "a mission is a dive as a log is, but its share beyond reach is drawn": (
         log(given=False), [PICKY, ALL], "take scaled; exact, answers every demand; 0.0100 % of the period;"
         " nullspace refuses what can't be met of dive."),
+    "a mission that was asked in part says so in the same sentence": (  # red before: no word of it
+        log(given=False, left_out=2990), [PICKY, ALL], "take scaled; exact, answers every demand; 0.0100 %"
+        " of the period; nullspace refuses what can't be met of dive; of dive's 3,000 demands 10 asked."),
+    "where all refuse a mission that was asked in part the sentence says so too": (
+        log(given=False, left_out=2990), [made_up.rename(STILL, demands="dive")],
+        "nothing to take: idle refuses some of what can be met (of dive's 3,000 demands 10 asked)."),
     "a log that nothing can meet names who refuses all of it, though no answer showed it exact": (
         log(labels={"infeasible": 10}), [NOBODY, ALL],
         "… nullspace refuses 100 % of dive's demands, up to 0.200 s at a stretch."),
