@@ -6,6 +6,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.lint.report import FARTHEST_ARM, Remark, note, warning
+from alloc.reach.attainable import alpha_max
 from alloc.vehicle import Vehicle
 from alloc.vehicle.geometry import MOMENTS
 from alloc.vehicle.keys import VehicleFile
@@ -19,6 +20,10 @@ LOPSIDED = 10.0
 """Largest thrust one way over the other: a T200 gives four fifths astern, and no propeller gives a tenth."""
 FAST = 200.0
 """Rate of control [Hz] that few vehicles exceed."""
+NOTHING = 1e-9
+"""Share of ``wrench_scale`` up to which what limits leave of an axis is rounding [-]."""
+ROUNDED = 0.99
+"""Share of f_max that a curve must reach; closer figures differ as tables of three digits do [-]."""
 STRONGEST = 1e7  # N; ten times the thrust of a large ship's bow thruster, so probably mN
 
 
@@ -28,8 +33,9 @@ def on_limits(vehicle: Vehicle) -> Iterator[Remark]:
     for i in np.flatnonzero((low > 0) | (high < 0)):
         yield warning(
             "f_min" if low[i] > 0 else "f_max",
-            f"{vehicle.called(int(i))} can't stop: 0 N is outside its limits",
+            f"{vehicle.called(int(i))} can't stop: 0 N is outside its limits; is a minus missing?",
         )
+    yield from _on_lost_ways(vehicle)
     for i in np.flatnonzero(low == high):
         name = vehicle.called(int(i))
         yield warning("f_max", f"{name} has f_min = f_max = {low[i]:g} N; it can't be commanded")
@@ -52,6 +58,25 @@ def on_limits(vehicle: Vehicle) -> Iterator[Remark]:
         yield note("f_max", f"{sizes.max():g} N for every thruster is a round number; measured, or assumed?")
 
 
+def _on_lost_ways(vehicle: Vehicle) -> Iterator[Remark]:
+    """A remark on axes that T pushes and limits leave nothing of, alone and at least one way."""
+    if (vehicle.f_min > 0).any() or (vehicle.f_max < 0).any():
+        return
+    pushed = np.flatnonzero(vehicle.TP.any(axis=1))
+    ways = [(i, sign) for i in pushed.tolist() for sign in (1.0, -1.0)]
+    taus = np.array([sign * vehicle.wrench_scale * np.eye(vehicle.k)[i] for i, sign in ways])
+    most = alpha_max(vehicle, taus)
+    lost = [
+        f"{sign:+.0f}"[0] + vehicle.dof[i] for (i, sign), m in zip(ways, most, strict=True) if m <= NOTHING
+    ]
+    if lost:
+        yield warning(
+            "f_min",
+            f"no thrust within the limits gives {', '.join(lost)} alone: thrusters that push one way only"
+            " need others against them",
+        )
+
+
 def on_units(vehicle: Vehicle) -> Iterator[Remark]:
     """Remarks on limits and arms that can't be newtons and metres, with the factor that they are off by."""
     if vehicle.f_scale <= NORMALISED:
@@ -72,7 +97,7 @@ def on_units(vehicle: Vehicle) -> Iterator[Remark]:
         yield warning(
             "T",
             f"an arm is {arms.max():.3g} m long, and no thruster gives more than {vehicle.f_scale:.3g} N; cm?"
-            " divide positions, or the moment rows, by 100",
+            " divide positions and center_of_mass, or the moment rows, by 100",
         )
     if arms.max() < SHORTEST_ARM:
         yield warning("T", f"the longest arm is {arms.max():g} m; km? multiply the moment rows by 1000")
@@ -98,11 +123,14 @@ def on_moving_limits(keys: VehicleFile, vehicle: Vehicle) -> Iterator[Remark]:
                 outside = f"0 N is outside {low[i]:g} … {high[i]:g} N"
                 called = vehicle.called(int(i))
                 yield warning(whence, f"at {at:g} V {called} can't stop: {outside}; is a minus missing?")
-        for i in np.flatnonzero(table.f_max.max(axis=0) < vehicle.f_max):
+        short = np.flatnonzero(table.f_max.max(axis=0) < ROUNDED * vehicle.f_max)
+        if short.size:
+            i = int(short[0])
+            others = f" (and {short.size - 1} more)" if short.size > 1 else ""
             yield warning(
                 "f_max",
-                f"{vehicle.called(int(i))} gives {table.f_max[:, i].max():g} N at most by '{whence}', less"
-                f" than f_max = {vehicle.f_max[i]:g} N",
+                f"{vehicle.called(i)} gives {table.f_max[:, i].max():g} N at most by '{whence}', less"
+                f" than f_max = {vehicle.f_max[i]:g} N{others}",
             )
     if vehicle.slew is not None:
         slowest = float((vehicle.f_max / vehicle.slew.up).max())

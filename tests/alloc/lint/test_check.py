@@ -143,9 +143,15 @@ def test_a_sound_file_gets_only_the_notes_on_what_failures_cost(file: Path) -> N
         (GOOD.replace("frame: frd\n", ""), "note", None, "no 'frame' given"),
         (GOOD + "center_of_mass: [0, 0, 1]\n", "warning", 7, "has no effect without thrusters"),
         (GOOD.replace("-11", "12"), "error", 5, "f_min[0] = 12 exceeds f_max[0] = 11"),
-        (GOOD.replace("-11", "[1, -1, -1, -1]"), "warning", 5, "thruster 0 can't stop"),
+        (
+            GOOD.replace("-11", "[1, -1, -1, -1]"),
+            "warning",
+            5,
+            "0 can't stop: 0 N is outside its limits; is a minus",
+        ),
         (GOOD.replace("-11", "[11, -1, -1, -1]"), "warning", 6, "thruster 0 has f_min = f_max = 11 N"),
         (GOOD.replace("-11", "0"), "note", 5, "4 of 4 thrusters push one way only"),
+        (GOOD.replace("-11", "0"), "warning", 5, "within the limits gives -surge, -sway, +yaw, -yaw alone"),
         (GOOD.replace("-11", "-9"), "note", 6, "not the same ahead and astern (-9 … 11 N)"),
         (GOOD.replace("-11", "-1"), "warning", 6, "thruster 0 has limits of -1 … 11 N; is one mistyped?"),
         (GOOD.replace("11", "40"), "note", 6, "40 N for every thruster is a round number"),
@@ -210,7 +216,7 @@ def test_the_command_exits_with_2_and_one_line_for_a_bad_file(file: Path) -> Non
     file.write_text(GOOD.replace("-11", "12"))
     run = thrustbench("check", file)
     assert run.returncode == 2
-    assert run.stderr == f"thrustbench: {file}: line 5: cross: f_min[0] = 12 exceeds f_max[0] = 11\n"
+    assert run.stderr == f"thrustbench: {file}, line 5: cross: f_min[0] = 12 exceeds f_max[0] = 11\n"
 
 
 @pytest.mark.parametrize(("text", "usable"), [(GOOD, True), (GOOD + "H: [[1]]\n", False), ("[", False)])
@@ -239,12 +245,15 @@ def test_what_the_lowest_voltage_and_slew_rates_leave_is_said(tmp_path: Path) ->
     remarks = {(finding.level, finding.key, finding.message) for finding in check_vehicle(file).findings}
     assert ("note", "volts", "at 12 V thruster 0 gives -20 … 25 N of -50 … 60 N") in remarks
     assert ("note", "slew", "from 0 N to f_max the slowest thruster takes 2 s") in remarks
-    for i in (0, 1):
-        assert (
-            "warning",
-            "f_max",
-            f"thruster {i} gives 55 N at most by 'volts', less than f_max = 60 N",
-        ) in remarks
+    short = "thruster 0 gives 55 N at most by 'volts', less than f_max = 60 N (and 1 more)"
+    assert ("warning", "f_max", short) in remarks
+
+
+def test_a_curve_s_end_that_differs_in_its_fourth_digit_is_the_limit(tmp_path: Path) -> None:
+    file = tmp_path / "rounded.yaml"
+    keys = "f_min: -50\nf_max: 51.4849\nvolts: {12: [-20, 25], 16: [-50, 51.4]}\n"
+    file.write_text(f"name: slow\ndof: [surge]\nframe: frd\nT: [[1, 1]]\n{keys}", encoding="utf-8")
+    assert not [finding for finding in check_vehicle(file).findings if "at most by" in finding.message]
 
 
 def test_a_voltage_at_which_no_thruster_can_stop_is_warned_of_once(tmp_path: Path) -> None:
