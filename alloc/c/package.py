@@ -286,6 +286,7 @@ it does not say itself that the FPU has a minimum and a maximum.
 
 def _esc(target: Target) -> str:
     name, n, scalar, levels = target.name, target.vehicle.n, target.scalar, target.levels
+    esc = f"{name}_esc"
     limits = "f_min, f_max, " * (target.limits == "call")
     share = f"    {scalar} share[{levels}];\n" * (levels > 0)
     ends = f"const {scalar} f_min[{n}], const {scalar} f_max[{n}], " * (target.limits == "call")
@@ -294,7 +295,7 @@ def _esc(target: Target) -> str:
     return f"""
 ## From a wrench to {n} commands
 
-`{name}_esc.c` and `.h` beside them go on to what the ESCs take:
+`{esc}.c` and `.h` beside them go on to what the ESCs take:
 
 ```c
 #include "{name}_esc.h"
@@ -315,7 +316,7 @@ A command makes what is nearest to its thrust within the limits; NaN, and what n
 neutral.{" Limits are cut at the ends of the curves at `volts` before." * bool(limits)}
 `{name}_esc(f, {limits}volts, command, f_made)` takes thrusts. The self-test:
 
-    cc -std=c99 -O2 -I. {name}.c {name}_esc.c test/{name}_esc_test.c -o esc_test && ./esc_test
+    cc -std=c99 -O2 -ffp-contract=off -I. {name}.c {esc}.c test/{esc}_test.c -o esc_test && ./esc_test
 """
 
 
