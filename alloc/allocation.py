@@ -49,8 +49,8 @@ class Allocation(NamedTuple):
     status : what the allocator claims about ``f``
     iterations : the solver's count of iterations, or the method's of steps or passes; 0 without a count
     solver_s : time by the solver's own clock [s], NaN where it has none
-    share : the part of each level of the demand that was delivered, 0 … 1 [-], without what no working
-        thruster pushes; empty for a method without levels
+    share : per level, the fraction of the demand delivered, 0 … 1 [-], counting only axes that working
+        thrusters push; empty for a method without levels
     residual : (k,) T P f minus the promised wrench [N, N m]: what thrusts make along weak directions; empty
         for a method without levels
 

@@ -19,7 +19,7 @@ class _InFile(AllocError):
     """
 
     def __init__(self, what: str, *, path: Path | None = None, line: int | None = None) -> None:
-        place = "" if path is None else f"{path}: line {line}: " if line else f"{path}: "
+        place = "" if path is None else f"{path}, line {line}: " if line else f"{path}: "
         super().__init__(place + what)
         self.what, self.path, self.line = what, path, line
 

@@ -51,15 +51,15 @@ def _in_words(what: str, kinds: Sequence[Any], form: str) -> tuple[Callable[[Any
     """Error of msgspec in words: the value found, the values expected, the remedy."""
     if enum := re.fullmatch("(?s)Invalid enum value '(.*)'", what):
         values = ", ".join(str(value) for kind in kinds for value in getattr(kind, "values", ()))
-        return lambda value: value == enum[1], f"there is no '{_brief(enum[1])}'", f"give one of {values}"
+        return lambda value: value == enum[1], f"got '{_brief(enum[1])}', expected one of {values}", form
     if length := re.fullmatch(r"Expected `array` of length (\d+), got (\d+)", what):
         wanted, given = map(int, length.groups())
-        had = f"has {given} {'entry' if given == 1 else 'entries'}; give {wanted}"
+        had = f"got {given} {'entry' if given == 1 else 'entries'}, expected {wanted}"
         return lambda value: isinstance(value, list) and len(value) == given, had, form
     if kind := re.fullmatch("Expected `(.*)`, got `(.*)`", what):
         words, of_kind = KINDS[kind[2]]
         names = " or ".join(KINDS[name][0] for name in kind[1].split(" | ") if name != "null")
-        return lambda value: type(value) is of_kind, f"is {words}; give {names}", form
+        return lambda value: type(value) is of_kind, f"got {words}, expected {names}", form
     return lambda value: True, _brief(what), form
 
 

@@ -26,7 +26,7 @@ Made = TypeVar("Made")
     "faults",
     multiple=True,
     metavar="I[@P]",
-    help="Thruster I, a number or name: off, or at P.",
+    help="Thruster I, a number or name: off, or at P; several are so together.",
 )
 @click.option("--start", default="", metavar="S", help="cold, reused or warm.")
 @click.option("--level", default="", metavar="L", help="default or tight.")

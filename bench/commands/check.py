@@ -51,12 +51,11 @@ def command(vehicle: str, as_json: bool, probe: bool, picture: Path | None, no_p
     errors = [finding for finding in report.findings if finding.level == "error"]
     if errors:
         first = errors[0]
-        place = f"line {first.line}: " if first.line else ""
-        if first.key not in first.message:
-            place += f"{first.key}: "
+        line = f", line {first.line}" if first.line else ""
+        key = "" if first.key in first.message else f"{first.key}: "
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
         file = str(report.path).replace("\n", " ")
-        echo(f"thrustbench: {file}: {place}{first.message}{more}", err=True)
+        echo(f"thrustbench: {file}{line}: {key}{first.message}{more}", err=True)
         return 2
     return 0
 

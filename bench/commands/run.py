@@ -28,7 +28,7 @@ from bench.commands import (
     "faults",
     multiple=True,
     metavar="I[@P]",
-    help="Thruster I, a number or name: off, or at P; or each.",
+    help="Thruster I, a number or name: off, or at P; or each; a state of its own each time.",
 )
 @click.option(
     "--start",

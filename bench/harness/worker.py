@@ -53,8 +53,7 @@ from bench.record import Cell, Worker
 ASKED = 50
 """Demands of a case that are asked in single calls too."""
 MOST_APART = 2
-"""How many of them may be answered otherwise: what a solver that starts from its last answer finds hangs on
-the order of demands, but seldom."""
+"""How many of them may be answered otherwise: warm starts make results depend slightly on order."""
 ROUGHLY = 1e-3
 """How far answers may lie apart where no distance is promised, relative to the largest limit [-]."""
 

@@ -186,6 +186,13 @@ def assign(
             f" if they are the demand, {columns_option({**given, **angles})}"
         )
     found |= by_table
+    places = [column.place for column in found.values()]
+    if twice := [q for q, column in found.items() if places.count(column.place) > 1]:
+        name = found[twice[0]].name[:40]
+        raise DemandError(
+            f"{place}: column {name!r} is {listed(twice)}, expected one of them; name another by"
+            f" {columns_option({**given, twice[-1]: 'NAME'})}"
+        )
     if TIME not in given and (stamps := known.get(TIME, []) + _two_columns(header)):
         other = [column for column in stamps if isnan(column.factor) and column.unit]  # as T [C]
         found[TIME] = next((column for column in stamps if column not in other), stamps[0])

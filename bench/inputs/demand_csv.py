@@ -204,7 +204,7 @@ def times(
         t = values[TIME] - values[TIME][0] + (values[NANOSECONDS] - values[NANOSECONDS][0]) * 1e-9
     if (back := np.flatnonzero(np.diff(t) < 0)).size:
         raise DemandError(
-            f"{table.path}: line {lines[back[0] + 1]}: t goes back from {t[back[0]]:g} to {t[back[0] + 1]:g}"
+            f"{table.path}, line {lines[back[0] + 1]}: t goes back from {t[back[0]]:g} to {t[back[0] + 1]:g}"
             " s; put rows in time order"
         )
     return t

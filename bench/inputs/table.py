@@ -55,7 +55,7 @@ class Cells:
     @property
     def place(self) -> str:
         """File and line of the header, for messages."""
-        return f"{self.path}: line {self.line}"
+        return f"{self.path}, line {self.line}"
 
     def error(self, line: int, why: str) -> FileError:
         """The error that names file and line."""

@@ -182,7 +182,7 @@ def faults(
         & attainable,
         "shares of its levels that its thrusts do not deliver": finite
         & misstated(demands, seen.demand, seen.shares, f, formulation, tolerance),
-        "shares memory with another answer: yesterday's changes when today's is made": seen.shared,
+        "shares memory with another answer: a later call overwrites an earlier result": seen.shared,
     }
 
 

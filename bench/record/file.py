@@ -98,10 +98,10 @@ def parse(path: Path) -> tuple[Record, int]:
             line = decode(text)
         except (msgspec.DecodeError, UnicodeDecodeError) as error:
             what = str(error)[:300]  # it may quote all of a value
-            raise RecordError(f"{path}: line {number}: {what}; remove that line or run again") from None
+            raise RecordError(f"{path}, line {number}: {what}; remove that line or run again") from None
         vehicle = line.key.vehicle if isinstance(line, Cell) else getattr(line, "vehicle", NO_VEHICLE)
         if why := unusable(vehicle):
-            raise RecordError(f"{path}: line {number}: {why}; remove that line or run again")
+            raise RecordError(f"{path}, line {number}: {why}; remove that line or run again")
         if number == 1 and not isinstance(line, Header):
             raise RecordError(f"{path}: line 1 is no header; remove the file and run again")
         by_kind[type(line)].append(line)

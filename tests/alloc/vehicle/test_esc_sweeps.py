@@ -39,7 +39,7 @@ def test_one_sweep_of_a_sagging_battery_is_no_curve_at_each_voltage(
     (tmp_path / "mine.yaml").write_text(VEHICLE)
     (tmp_path / "mine.csv").write_text(swept(sags, decimals))
     with pytest.raises(
-        VehicleError, match=r"mine.yaml: line 4: esc.curve: at .* of its 1100 … 1900; .* sagged"
+        VehicleError, match=r"mine.yaml, line 4: esc.curve: at .* of its 1100 … 1900; .* sagged"
     ):
         load_vehicle(tmp_path / "mine.yaml")
     (tmp_path / "mine.csv").write_text(swept(lambda u: 16.0, decimals))  # the remedy

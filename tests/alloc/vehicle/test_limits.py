@@ -116,7 +116,7 @@ def test_a_file_that_contradicts_itself_is_refused_with_its_line_and_key(
     with pytest.raises(VehicleError) as refused:
         with_keys(tmp_path, keys)
     assert says in str(refused.value)
-    assert "vehicle.yaml: line 6" in str(refused.value)
+    assert "vehicle.yaml, line 6" in str(refused.value)
 
 
 @pytest.mark.parametrize(

@@ -36,9 +36,9 @@ def test_levels_stand_as_they_are_written_also_after_a_fault(file: Path) -> None
         ("[[yaw, yaw], [surge, sway]]", "yaw stands twice; name each axis once"),
         ("[[yaw], [surge, sway], []]", "level 3 is empty; name its axes, or leave it out"),
         ("[[yaw, roll], [surge, sway]]", "'roll' does not stand in 'dof'; give one of surge, sway, yaw"),
-        ("[[yaw, turn], [surge, sway]]", "there is no 'turn'; give one of heave, pitch, roll, surge"),
-        ("[yaw, surge, sway]", "priority[0]: is text; give a list"),
-        ("yaw", "priority: is text; give a list"),
+        ("[[yaw, turn], [surge, sway]]", "got 'turn', expected one of heave, pitch, roll, surge"),
+        ("[yaw, surge, sway]", "priority[0]: got text, expected a list"),
+        ("yaw", "priority: got text, expected a list"),
     ],
 )
 def test_what_is_no_priority_is_refused_with_line_and_remedy(file: Path, levels: str, says: str) -> None:

@@ -267,6 +267,11 @@ def test_a_mapping_that_is_none_is_refused(text: str) -> None:
         ("surge,sway,c\n1,2,3\n", "yaw=d", "column 'd' for yaw is not there; there are surge, sway, c"),
         ("surge,sway,c\n1,2,3\n", "yaw=c", "column 'c' for yaw has no unit, expected one of Nm"),
         ("surge,sway,yaw\n%,N,Nm\n1,2,3\n", "surge=surge", "unit '%', expected one of N, kN"),
+        (
+            "fx,fy,mz\n1,2,3\n",
+            "surge=fy [N]",
+            "column 'fy' is surge, sway, expected one of them; name another by --columns 'surge=fy [N],sw",
+        ),
         ("surge,b,c\n1,2,3\n", "", "among surge, b, c; --columns 'sway=NAME [N],yaw=NAME [Nm]'"),
         (
             "surge,b,c\n1,2,3\n",

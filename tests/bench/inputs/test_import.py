@@ -244,7 +244,7 @@ def test_a_file_that_lacks_something_or_is_wrong_is_refused_with_what_it_lacks(
 
 @pytest.mark.parametrize("text", ["", "x\n", "1,2\n3\n", "surge,1\nsway,\n", "1\n2\n3\n4\n", "surge,nan\n"])
 def test_a_bad_csv_of_t_is_refused(tmp_path: Path, text: str) -> None:
-    with pytest.raises(AllocError, match=r"T\.csv: "):
+    with pytest.raises(AllocError, match=r"T\.csv[:,] "):
         imported(tmp_path, text, LIMITS, "T.csv")
 
 
@@ -316,7 +316,8 @@ def test_an_axis_that_is_none_is_refused_in_words(tmp_path: Path) -> None:
         tmp_path / "T.csv",
     )
     assert message.endswith(
-        "T.csv: dof[1]: there is no 'pich'; give one of heave, pitch, roll, surge, sway, yaw"
+        "T.csv: dof[1]: got 'pich', expected one of heave, pitch, roll, surge, sway, yaw;"
+        " docs/your-vehicle.md shows the form"
     )
 
 

@@ -72,7 +72,7 @@ def test_rows_of_logs_that_were_merged_have_commands_a_demand_or_both(none: str,
     np.testing.assert_array_equal(outputs.taus[:, 0], [1, np.nan, 5])
     assert "; 1 rows without commands, 1 of them with demands, which are not compared" in outputs.said
     file.write_text(file.read_text().replace("2,", f"2,1600{none},", 1))
-    with pytest.raises(AllocError, match=r"merged\.csv: line"):
+    with pytest.raises(AllocError, match=r"merged\.csv, line"):
         read_outputs(file, VEHICLE)
 
 

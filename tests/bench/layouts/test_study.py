@@ -59,8 +59,12 @@ def checked(folder: Path, text: str) -> None:
         ),
         ("[0.5, 1, 2]", "[]", "line 4: groups.stern.size: the list is empty"),
         ("[0.5, 1, 2]", "[0, 1, 2]", "line 4: groups.stern.size: 0 is no size"),
-        ("[0.5, 1, 2]", "large", "line 4: groups.stern.size: is text; give "),
-        ("thrusters: [0, 1]", "thrusters: [0, 1.5]", "line 3: groups.bow.thrusters[1]: is a number; give "),
+        ("[0.5, 1, 2]", "large", "line 4: groups.stern.size: got text, expected "),
+        (
+            "thrusters: [0, 1]",
+            "thrusters: [0, 1.5]",
+            "line 3: groups.bow.thrusters[1]: got a number, expected ",
+        ),
         ("base: ukwial", "base: yellow", "line 1: base: no vehicle 'yellow'; there are bluerov2"),
         ("base: ukwial", "base: cross.yaml", "line 1: base: cross has T, but no poses that could vary"),
         ("thrusters: [0, 1]", "thrusters: [0, 7]", "there is no thruster 7; count from 0 to 3"),
@@ -80,7 +84,7 @@ def checked(folder: Path, text: str) -> None:
         (
             "demands: {n: 16}",
             "demands: {n: few}",
-            "line 5: demands.n: is text; give a whole number; docs/layouts",
+            "line 5: demands.n: got text, expected a whole number; docs/layouts",
         ),
         ("demands: {n: 16}", "demands: {scale: [1, 0, 1]}", "line 5: demands.scale: give one number above 0"),
         ("demands: {n: 16}", "demands: {frame: ned}", "line 5: demands.frame: "),
