@@ -1,0 +1,150 @@
+"""Bounds on what a survey's noise costs: vehicles with their poses moved, held against their drawings.
+
+Near-degenerate vehicles (``test_near_degenerate``) are off by last digits, these by millimetres. With r the
+least sigma / epsilon of the directions that the drawing pushes, epsilon by the noise, the share of a demand
+that is delivered differs by at most BOUND / r. That holds from r = CLEAR on. Below it a direction may be weak
+on one and strong on the other, and until it is taken back gradually (docs/weak-axes.md) the share has a step.
+
+Left out are thrusters that can't reverse: a demand on the rim of the cone they push leaves it by any noise.
+Levels of ``priority`` after the first take what it leaves, which may be anything on drawings too. So does
+``scaled-by-group`` on a survey, where all axes share thrusters by millimetres, and are one group.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from alloc import Allocator, AllocError, NotApplicable, Vehicle, build, list_vehicles, load_vehicle
+from alloc.allocation import FloatArray
+from alloc.c import missing
+from alloc.c.target import Target
+from alloc.methods import recipe
+from alloc.program import evaluate
+from alloc.reach.way import groups
+from alloc.vehicle.weak import Survey
+from bench.demands.generated import near_degenerate
+from bench.demands.surveys import fail_thrusters, failures, hexarotor, move_poses, pushable_demands
+from tests.not_asked import not_asked
+
+NOISE = (Survey(0.1, 0.01), Survey(0.5, 0.05), Survey(3.0, 0.3), Survey(10.0, 0.5), Survey(20.0, 1.0))
+BOUND = {"scaled": 2.0, "scaled-by-group": 2.0, "priority": 4.0}
+"""Largest |change of share| times r, by method: seen were 1.5, 1.5, 3.5."""
+CLEAR = 4.0
+MOST = 10
+"""Most thrusters of a vehicle: ``priority`` lists the facets of more in seconds."""
+GENERATED = 16
+
+
+def drawing(name: str) -> Vehicle:
+    """A shipped vehicle, the hexarotor, or a generated one that is symmetric to the last digit."""
+    if name == "hexarotor":
+        return hexarotor()
+    if name in list_vehicles():
+        return load_vehicle(name)
+    return replace(near_degenerate(np.random.default_rng([37, int(name)]), e=0.0), weak_limit=None)
+
+
+NAMES = [*list_vehicles(), "hexarotor", *map(str, range(GENERATED))]
+
+
+def states(name: str, seed: int, count: int) -> list[tuple[Vehicle, Vehicle, float, FloatArray]]:
+    """Drawings and surveys with up to two thrusters off, r, and demands (N, k): pushed, and any."""
+    vehicle, rng = drawing(name), np.random.default_rng([41, seed, NAMES.index(name)])
+    if vehicle.n > MOST or (vehicle.f_min >= 0.0).any():
+        not_asked("more thrusters than facets can be listed of, or one that can't reverse")
+    found = []
+    each = [(off, noise) for off in failures(vehicle, 2) for noise in NOISE]
+    for i in rng.permutation(len(each)):
+        off, noise = each[int(i)]
+        try:
+            drawn = fail_thrusters(replace(vehicle, survey=noise), off)
+            surveyed = fail_thrusters(move_poses(replace(vehicle, survey=noise), noise, rng), off)
+        except AllocError:  # no thruster is left
+            continue
+        of = drawn.directions
+        r = float((of.sigma / of.epsilon)[: drawn.rank].min())
+        if r >= CLEAR:
+            wild = rng.normal(size=(5, drawn.k)) * of.scale * drawn.f_scale
+            found.append((drawn, surveyed, r, np.vstack([pushable_demands(drawn, 10, rng), wild])))
+        if len(found) == count:
+            break
+    return found
+
+
+def along(vehicle: Vehicle, F: FloatArray, taus: FloatArray) -> FloatArray:
+    """(N,) share of each demand that thrusts make along it, moments in unit of the rms arm."""
+    unit = vehicle.directions.scale
+    made, wanted = F @ vehicle.TP.T / unit, taus / unit
+    share: FloatArray = (made * wanted).sum(axis=1) / (wanted**2).sum(axis=1)
+    return share
+
+
+def shares(method: str, vehicle: Vehicle, allocate: Allocator, taus: FloatArray) -> FloatArray:
+    """(N,) what is delivered along each demand; of levels the first one's share."""
+    answers = [allocate(tau) for tau in taus]
+    if method == "priority":
+        return np.array([answer.share[0] for answer in answers])
+    return along(vehicle, np.array([answer.f for answer in answers]), taus)
+
+
+def check_noise(name: str, method: str, seed: int, count: int, form: str = "") -> None:
+    """Assert that shares differ by no more than BOUND / r, and that no thrust is beyond its limits."""
+    asked, off = 0, []
+    for drawn, surveyed, r, taus in states(name, seed, count):
+        if method == "scaled-by-group" and groups(drawn.strong) != groups(surveyed.strong):
+            continue
+        try:
+            before = shares(method, drawn, build(method, drawn), taus)
+            allocate = build(f"{method}{form}", surveyed)
+        except NotApplicable:
+            continue
+        after = shares(method, surveyed, allocate, taus)
+        F = allocate.many(taus)[0]
+        room = 0.0 if not form else 1e-9 * surveyed.f_scale
+        assert ((surveyed.f_min - room <= F) & (surveyed.f_max + room >= F)).all()
+        asked += 1
+        if not (change := float(np.abs(after - before).max())) <= BOUND[method] / r:
+            off.append((surveyed.name, surveyed.survey.words, r, change))
+    assert off == []
+    if not asked:
+        not_asked("each direction is all but lost, or groups differ")
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("method", BOUND)
+def test_a_share_differs_from_the_drawing_s_by_a_multiple_of_the_noise(name: str, method: str) -> None:
+    check_noise(name, method, 0, 4)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("method", BOUND)
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_share_differs_by_a_multiple_of_the_noise_after_every_failure(
+    name: str, method: str, seed: int
+) -> None:
+    check_noise(name, method, seed, 40)
+
+
+@pytest.mark.long
+@pytest.mark.skipif(bool(missing()), reason=missing() or "-")
+@pytest.mark.parametrize("form", ["@native", "@library"])
+@pytest.mark.parametrize("name", ["bluerov2", "bluerov2-heavy", "subjugator8", "hexarotor", "1", "4"])
+@pytest.mark.parametrize("method", ["scaled", "priority"])
+def test_c_and_the_library_keep_that_bound(name: str, method: str, form: str) -> None:
+    check_noise(name, method, 3, 4, form)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["bluerov2", "bluerov2-heavy", "subjugator8", "hexarotor", "1", "4"])
+@pytest.mark.parametrize("method", ["scaled", "priority"])
+def test_single_precision_keeps_that_bound(name: str, method: str) -> None:
+    for drawn, surveyed, r, taus in states(name, 4, 6):
+        target = Target(vehicle=surveyed, method=recipe(method), scalar="float", limits="call", faults="none")
+        (program,) = target.programs.values()
+        sides = [np.tile(side, (len(taus), 1)) for side in (surveyed.f_min, surveyed.f_max)]
+        got = evaluate(program, taus, *sides)
+        after = got.share[:, 0] if method == "priority" else along(surveyed, got.F, taus)
+        before = shares(method, drawn, build(method, drawn), taus)
+        assert np.abs(after - before).max() <= BOUND[method] / r + 1e-3
