@@ -66,6 +66,7 @@ def mended(
     refuse(builder, seen, [], exact=False)
     made = rule(builder, x)
     y = inside(builder, made.thrusts, builder.limits)
+    y |= {i: each * y[i] for i, each in made.working.items()}  # what is compared is what leaves
     share = units(builder, made.hidden)
     known, lost = [*builder.faults.values()] or [vehicle], _lost(builder, share, changed)
     if made.share is not None and vehicle.rank == vehicle.k:
@@ -82,8 +83,7 @@ def mended(
         rows = [[*row, *more] for row, more in zip(_missed(builder, share, G, x, y), lost, strict=True)]
         met = none_missed(builder, rows)
     builder.compute(met)
-    f = y | {i: each * y[i] for i, each in made.working.items()}
-    return builder.program(all_thrusters(builder, f), select(met, Status.SOLVED, Status.PARTIAL))
+    return builder.program(all_thrusters(builder, y), select(met, Status.SOLVED, Status.PARTIAL))
 
 
 def doubt(vehicle: Vehicle, scalar: Scalar) -> float:
