@@ -47,11 +47,11 @@ def command(
 ) -> int:
     """Prove what generated C does for every input.
 
-    Writes proof.json and a page beside the C: no run-time error, thrusts inside the limits, answers to many
-    demands, rounding, the worst path, MISRA rules. Several kernels get a folder each, and proofs.md has a
-    line of each. Exit code 3 where an error or a thrust outside the limits can't be excluded, or an answer
-    was wrong; also for ESCs of several kinds, whose range can't be shown. `make prove` installs what this
-    needs, and proves all.
+    Writes proof.json and a page beside the C: no run-time error, thrusts inside the limits that make their
+    wrench, answers to many demands, the worst path, MISRA rules. Several kernels get a folder each, and
+    proofs.md has a line of each. Exit code 3 where an error or a thrust outside the limits can't be excluded,
+    or an answer was wrong; also for ESCs of several kinds, whose range can't be shown. `make prove` installs
+    what this needs, and proves all.
     """
     from concurrent.futures import ProcessPoolExecutor
     from functools import partial
@@ -132,5 +132,5 @@ def _proof(of: "Subject", before: "Counted", *, thorough: bool) -> "Proof":
     """The proof, with a line of each step on stderr."""
     from bench.proof import THOROUGH, USUAL, prove
 
-    effort = THOROUGH if thorough else USUAL
-    return prove(of, effort, lambda step: echo(f"{of.name}: {step} ...", err=True), before)
+    demands = THOROUGH if thorough else USUAL
+    return prove(of, demands, lambda step: echo(f"{of.name}: {step} ...", err=True), before)

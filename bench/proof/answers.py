@@ -29,7 +29,7 @@ from bench.proof.proof import Claim, not_shown
 from bench.proof.source import ANSWERED, Subject
 
 DEMANDS, SEED = 2_000, 2004
-"""Number of demands for each fault, and the seed."""
+"""Number of demands for each fault unless another is asked for, and the seed."""
 MOVING = "jolts"
 """Demands with limits of their own, thrusters that are stuck and limits that cross among them: every other
 one where the C takes limits of the call."""
@@ -92,14 +92,15 @@ class FaultAnswers(NamedTuple):
     differ: BoolArray
 
 
-def answer_claims(of: Subject) -> list[Claim]:
+def answer_claims(of: Subject, demands: int = DEMANDS) -> list[Claim]:
     """Claims that many answers show; a claim that no answer bears on is not shown.
 
     Runs the C in this process, so memory must be known to be safe.
     """
     try:
         answers = {
-            fault: fault_answers(of, fault) for fault in (-1, *known_faults(of.vehicle, of.faults).tolist())
+            fault: fault_answers(of, fault, demands)
+            for fault in (-1, *known_faults(of.vehicle, of.faults).tolist())
         }
     except NotInstalled as lacking:
         return [not_shown(MADE, [str(lacking)])]
@@ -291,16 +292,16 @@ def _first(answers: FaultAnswers, wrong: BoolArray, asked: BoolArray) -> str:
     return f"not so of {int(wrong.sum())} of {int(asked.sum())}, first τ = {tau}"
 
 
-def fault_answers(of: Subject, fault: int) -> FaultAnswers:
-    """Answers of the C to seeded demands of a fault; raises NotInstalled without a compiler."""
+def fault_answers(of: Subject, fault: int, count: int) -> FaultAnswers:
+    """Answers of the C to so many seeded demands of a fault; raises NotInstalled without a compiler."""
     vehicle = of.vehicle if fault < 0 else of.vehicle.with_fault(fault)
     rng = np.random.default_rng(SEED)
     scalar = np.float32 if of.scalar == "float" else np.float64
-    wanted = (attainable(vehicle, rng, DEMANDS) * rng.choice(SIZES, DEMANDS)).T
+    wanted = (attainable(vehicle, rng, count) * rng.choice(SIZES, count)).T
     limits: list[FloatArray] = []
     if of.limits == "call":
-        limits = [np.tile(side, (DEMANDS, 1)) for side in (vehicle.f_min, vehicle.f_max)]
-        moved = build_demands(MOVING, vehicle, SEED, DEMANDS // 2)
+        limits = [np.tile(side, (count, 1)) for side in (vehicle.f_min, vehicle.f_max)]
+        moved = build_demands(MOVING, vehicle, SEED, count // 2)
         for whole, part in zip((wanted, *limits), (moved.taus, *moved.limits), strict=True):
             whole[::2] = part
         limits = [side.astype(scalar) for side in limits]

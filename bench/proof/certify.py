@@ -8,35 +8,22 @@ from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
 from types import MappingProxyType
-from typing import NamedTuple
 
-from alloc.c import digest, known_faults
+from alloc.c import digest
 from alloc.files.textfile import write_folder
 from bench.harness import machine
 from bench.proof import tools
-from bench.proof.answers import answer_claims
+from bench.proof.answers import DEMANDS, answer_claims
+from bench.proof.equation import equation_claims
 from bench.proof.proof import ASSUMPTIONS, Broken, Proof, not_shown
-from bench.proof.rounding.claims import band_claim, rounding_claim
 from bench.proof.safety import claims as safety
 from bench.proof.safety import esc
 from bench.proof.source import Subject
 from bench.proof.translation import translated
 from bench.proof.worst import Counted, worst_paths
 
-
-class Effort(NamedTuple):
-    """Demands beside whose largest rounding error the bound stands.
-
-    Attributes
-    ----------
-    demands, demands_fault : those of the whole vehicle, and of each fault
-    """
-
-    demands: int
-    demands_fault: int
-
-
-USUAL, THOROUGH = Effort(100_000, 2_000), Effort(1_000_000, 10_000)
+USUAL, THOROUGH = DEMANDS, 10 * DEMANDS
+"""Demands of each fault."""
 REASONS = {
     "2.4": "Advisory. The enumeration of status values has no name, and needs none: its constants are used.",
     "8.9": "Advisory. Tables of the cascade stand in front of the two functions that share its numbers.",
@@ -52,7 +39,7 @@ REASONS = {
 
 def prove(
     of: Subject,
-    effort: Effort = USUAL,
+    demands: int = USUAL,
     say: Callable[[str], None] = lambda _: None,
     before: Counted = MappingProxyType({}),
 ) -> Proof:
@@ -71,10 +58,9 @@ def prove(
     claims += [*way, translated(of)]
     if runs:
         say("answers to many demands")
-        claims += answer_claims(of)
-    say("rounding")
-    bounded, rounding = rounding_claim(of, effort.demands, effort.demands_fault)
-    faults = {-1, *known_faults(of.vehicle, of.faults).tolist()}
+        claims += answer_claims(of, demands)
+    say("the equation of an answer")
+    equation, misses = equation_claims(of)
     say("worst paths")
     paths, refuted, lacking = worst_paths(of, before)
     beside = esc.files(of)
@@ -94,8 +80,8 @@ def prove(
         tools={name: tools.version(name) for name in tools.PACKAGES},
         assumptions=ASSUMPTIONS,
         claims=[*claims, *refuted],
-        numbers=[bounded, band_claim(rounding, faults), *lacking],
-        rounding=rounding,
+        numbers=[*equation, *lacking],
+        misses=misses,
         worst_paths=paths,
         misra=rules or [],
         seconds=round(time.perf_counter() - begin, 1),

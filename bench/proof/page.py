@@ -6,7 +6,7 @@ from pathlib import Path
 import msgspec
 
 from alloc.files.textfile import write_folder
-from bench.proof.proof import Proof, Rounding, WorstPath
+from bench.proof.proof import Miss, Proof, WorstPath
 from bench.report.html import document
 from bench.results.text import table, three
 
@@ -39,7 +39,7 @@ prints `{proof.sha256}`; a self-test prints which it was made with.
 ## What is shown
 
 {claims}
-{_rounding(proof)}{_worst_paths(proof.worst_paths)}{_misra(proof)}
+{_misses(proof.misses)}{_worst_paths(proof.worst_paths)}{_misra(proof)}
 ## What this rests on
 
 {assumptions}
@@ -61,25 +61,20 @@ prints `{proof.esc_sha256}`.
 """
 
 
-def _rounding(proof: Proof) -> str:
-    if not proof.rounding:
+def _misses(rows: list[Miss]) -> str:
+    if not rows:
         return ""
-    head = (
-        *("thruster off", "bound [N]", "largest seen [N]", "of demands"),
-        *("bound where a branch turns [N]", "1 - α*"),
-    )
-    return "\n## Rounding\n\n" + table(head, map(_rounding_row, proof.rounding))
-
-
-def _rounding_row(each: Rounding) -> list[str]:
-    return [
-        "-" if each.fault < 0 else str(each.fault),
-        three(each.bound_n),
-        three(each.observed_n),
-        f"{each.demands:,}",
-        three(each.flipped_n) or "-",
-        three(each.verdict_band) or "-",
+    head = ("thruster off", "promise [of what SOLVED may miss]", "roundings of T f", "roundings of τ")
+    cells = [
+        [
+            "-" if each.fault < 0 else str(each.fault),
+            three(each.promise),
+            three(each.roundings),
+            three(each.of_tau),
+        ]
+        for each in rows
     ]
+    return "\n## How far T f may be from its wrench\n\n" + table(head, cells)
 
 
 def _worst_paths(paths: list[WorstPath]) -> str:

@@ -29,27 +29,21 @@ def not_shown(claim: str, words: list[str]) -> Claim:
     return Claim(claim=claim, verdict="not shown", by="", words=words)
 
 
-class Rounding(msgspec.Struct, frozen=True, kw_only=True):
-    """How far rounding takes thrusts from the kernel's answer in real numbers.
+class Miss(msgspec.Struct, frozen=True, kw_only=True):
+    """How far T f of an answer may be from the wrench that is promised.
 
     Attributes
     ----------
     fault : the thruster that is off, -1 for none
-    bound_n : no thrust of any attainable demand is off by more [N]
-    observed_n : the largest error seen [N]
-    demands : in how many random demands it was seen
-    flipped_n : no thrust is off by more where rounding has a branch taken that real numbers do not take [N];
-        None where that changes no thrust by more than ``bound_n``, which is for all other demands
-    verdict_band : 1 - alpha* of the least attainable demand that may still be SOLVED [-]; None where the
-        method refuses none
+    promise : the part that depends on nothing, relative to what SOLVED may miss [-]
+    roundings : how many roundings of the sum |T| |f| beside it, of thrusts as large as the vehicle's limits
+    of_tau : how many roundings of tau, where a direction is lost; no tau is too large
     """
 
     fault: int
-    bound_n: float
-    observed_n: float
-    demands: int
-    flipped_n: float | None = None
-    verdict_band: float | None = None
+    promise: float
+    roundings: float
+    of_tau: float = 0.0
 
 
 class WorstPath(msgspec.Struct, frozen=True, kw_only=True):
@@ -117,8 +111,8 @@ class Proof(msgspec.Struct, frozen=True, kw_only=True):
     tools : version of each tool
     assumptions : what the claims rest on
     claims : about memory, status and limits
-    numbers : about rounding, and what could not be looked at for want of a tool
-    rounding, worst_paths, misra : the numbers themselves
+    numbers : about the equation of an answer, and what could not be looked at for want of a tool
+    misses, worst_paths, misra : the numbers themselves
     seconds : how long it took [s]
     """
 
@@ -134,7 +128,7 @@ class Proof(msgspec.Struct, frozen=True, kw_only=True):
     assumptions: list[str]
     claims: list[Claim]
     numbers: list[Claim] = []
-    rounding: list[Rounding] = []
+    misses: list[Miss] = []
     worst_paths: list[WorstPath] = []
     misra: list[Broken] = []
     esc_files: list[str] = []

@@ -1,8 +1,7 @@
 """What was proven of the C: ``python docs/studies/proof_tables.py [DIR]``.
 
 DIR [runs/proof] holds the folders that ``thrustbench prove`` wrote, at any depth. What was not proven is left
-empty. Also printed: how many claims are shown, the largest ratio of bound to error, and which worst paths
-stay an interval.
+empty. Also printed: how many claims are shown, and which worst paths stay an interval.
 """
 
 import sys
@@ -14,7 +13,7 @@ import msgspec
 
 from alloc import list_vehicles
 from bench.proof import Proof
-from bench.proof.rounding.claims import BOUNDED
+from bench.proof.equation import EQUATION
 from bench.results.text import table
 
 KERNELS = ("nullspace", "clip", "scaled", "priority", "pinv", "walsh", "shrink", "redistribute")
@@ -28,8 +27,8 @@ def main(folder: Path) -> None:
     for scalar in dict.fromkeys(each.scalar for each in proofs):
         targets = {path.target for each in proofs for path in each.worst_paths if each.scalar == scalar}
         made = {(vehicle, kernel): each for (vehicle, kernel, of), each in known.items() if of == scalar}
-        print(f"Rounding, {scalar}: bound, and how many times the largest error seen or found\n")
-        print(_table({key: _bound(each) for key, each in made.items()}))
+        print(f"Equation, {scalar}: part of what SOLVED may miss, and in brackets roundings of |T| |f|\n")
+        print(_table({key: _missed(each) for key, each in made.items()}))
         for name in sorted(targets):
             print(f"Most instructions of any call, {scalar}, {name}\n")
             print(_table({key: _worst(each, name) for key, each in made.items()}))
@@ -43,15 +42,15 @@ def _table(cells: dict[tuple[str, str], str]) -> str:
     return table(["vehicle", *KERNELS], rows)
 
 
-def _bound(proof: Proof) -> str:
-    """The whole vehicle's bound, and the largest ratio of all faults."""
-    verdict = next(each.verdict for each in proof.numbers if each.claim == BOUNDED)
-    whole = [each for each in proof.rounding if each.fault < 0]
-    return f"{whole[0].bound_n:.1e} ({_ratio(proof):.1f})" if whole and verdict == "shown" else "not shown"
-
-
-def _ratio(proof: Proof) -> float:
-    return max((each.bound_n / each.observed_n for each in proof.rounding if each.observed_n), default=0.0)
+def _missed(proof: Proof) -> str:
+    """The largest of all faults."""
+    verdict = next(each.verdict for each in proof.numbers if each.claim == EQUATION)
+    if verdict != "shown":
+        return verdict
+    promise, roundings = (
+        max(each) for each in zip(*((row.promise, row.roundings) for row in proof.misses), strict=True)
+    )
+    return f"{promise:.2g} ({roundings:.0f})"
 
 
 def _worst(proof: Proof, target: str) -> str:
@@ -66,18 +65,9 @@ def _summary(proofs: list[Proof]) -> None:
         group = list(some)
         verdicts = Counter(claim.verdict for each in group for claim in each.claims)
         worst = [(each, path) for each in group for path in each.worst_paths]
-        bands = [row.verdict_band or 0.0 for each in group for row in each.rounding]
-        turned = [
-            f"{each.vehicle} {row.flipped_n:.1e}"
-            for each in group
-            for row in each.rounding
-            if row.fault < 0 and row.flipped_n is not None
-        ]
         seconds, exact = sum(each.seconds for each in group), sum(path.exact for _, path in worst)
         print(f"{scalar}: {len(group)} kernels, claims {dict(verdicts)}, {seconds:.0f} s")
         print(f"  worst paths that are exact: {exact} of {len(worst)}")
-        print(f"  largest ratio {max(map(_ratio, group)):.1f}; widest band {max(bands, default=0.0):.2g}")
-        print(f"  bound where a branch turns: {', '.join(turned) or '-'}")
         print(f"  MISRA without a reason: {sum(not rule.reason for each in group for rule in each.misra)}")
         for each, path in worst:
             if not path.exact:

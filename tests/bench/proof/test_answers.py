@@ -3,27 +3,22 @@
 import re
 from collections.abc import Callable
 from dataclasses import replace
-from math import inf
 
 import numpy as np
 import pytest
 
-from alloc import Vehicle, load_vehicle
+from alloc import load_vehicle
 from alloc.c import printed
 from alloc.c.compiled import compiler
 from alloc.program import Program, Scalar, Where, evaluate
 from bench.proof import Proof, Subject, answers, subject
-from bench.proof.proof import Claim, Rounding
-from bench.proof.rounding.claims import REFUSES, band_claim, verdict_band
-from bench.proof.rounding.errors import Errors
+from bench.proof.proof import Claim
 from bench.proof.safety.claims import _stateless
 from bench.proof.symbolic import programs as read_back
 from sabotages import SABOTAGES, sabotaged
 
 pytestmark = pytest.mark.skipif(not compiler(), reason="needs a C compiler")
 UKWIAL = load_vehicle("ukwial")
-LOOSE = 1e6
-"""Times the slack by which a demand may exceed the limits: what a proof once did not notice."""
 
 
 def changed(kernel: str, change: Callable[[Program], Program], limits: Where = "fixed") -> Subject:
@@ -151,23 +146,6 @@ def test_c_that_is_safe_and_wrong_is_told(of: Subject, claim: str) -> None:
     assert claim in red(of)
 
 
-def test_the_band_is_the_c_s_own() -> None:
-    """A slack a million times as large gives a band as many times as wide."""
-
-    def of_whole(of: Subject) -> float:
-        program = read_back(of)[-1]
-        found = verdict_band(program, Errors(program, UKWIAL, "double"), UKWIAL, "double")
-        assert found is not None
-        return found
-
-    usual, wide = (
-        of_whole(subject(UKWIAL, "nullspace", "double", "fixed")),
-        of_whole(broken("far too much is called solved")),
-    )
-    assert usual < 1e-9
-    assert 0.9 < wide / (LOOSE * usual) < 1.1  # the band bends a little: 1 - 1 / (1 + x)
-
-
 @pytest.mark.parametrize(
     "kept",
     [
@@ -190,46 +168,6 @@ def test_data_that_outlive_a_call_are_no_part_of_safe_c(kept: str) -> None:
 
 def test_a_claim_that_nothing_bears_on_is_not_shown() -> None:
     assert answers._claim("of nothing", {}, lambda _: (1, "")).verdict == "not shown"
-    assert band_claim([], {-1}).verdict == "not shown"
-
-
-def test_a_band_is_shown_where_each_fault_has_one_that_leaves_something_to_refuse() -> None:
-    def row(fault: int, band: float | None) -> Rounding:
-        return Rounding(fault=fault, bound_n=1.0, observed_n=1.0, demands=1, verdict_band=band)
-
-    def verdict(*bands: float | None, faults: int = 2) -> str:
-        made = band_claim([row(i - 1, band) for i, band in enumerate(bands)], {*range(-1, faults - 1)})
-        assert made.claim == REFUSES
-        return made.verdict
-
-    assert verdict(1e-9, 1e-5) == "shown"
-    assert verdict(1e-9) == "not shown"
-    assert verdict(1e-9, 0.99994) == "not shown"
-    assert verdict(1e-9, float("inf")) == "not shown"
-    assert verdict(None, faults=1) == "does not apply"
-
-
-def band(vehicle: Vehicle, fault: int) -> float:
-    """The band of nullspace's C where that thruster is off."""
-    program = read_back(subject(vehicle, "nullspace", "double", "fixed"))[fault]
-    state = vehicle if fault < 0 else vehicle.with_fault(fault)
-    found = verdict_band(program, Errors(program, state, "double"), state, "double")
-    assert found is not None
-    return found
-
-
-def test_thrusters_that_push_one_way_leave_no_band() -> None:
-    """None of a demand the other way can be had, and one as small as the slack passes: at most 1, it said."""
-    T, most = np.array([[1.0, 1.0, 0.3], [0.3, -0.3, 0.1]]), np.array([15.0, 14.0, 9.0])
-    astern = Vehicle("astern", ("surge", "yaw"), T, np.eye(3), np.zeros(3), most, np.ones(3), np.ones(2))
-    assert band(astern, -1) == inf
-
-
-def test_what_no_demand_changes_is_no_edge() -> None:
-    """A direction that a failed thruster took; and one thruster's own limits in a block with others'."""
-    assert band(load_vehicle("bluerov2"), 4) < 1e-9
-    never = replace(UKWIAL, f_min=np.array([-250.0, -40.0, 10.0, -60.0]))
-    assert 1e-12 < band(never, -1) < 1e-8
 
 
 def test_a_proof_s_first_line_is_the_least_of_its_claims() -> None:

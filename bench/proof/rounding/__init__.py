@@ -1,1 +1,0 @@
-"""How far rounding moves a thrust at most, and the largest error that was seen."""
