@@ -33,7 +33,7 @@ EQUATION = (
 )
 OVERFLOW = "SOLVED means so where operations overflow, too: what is compared keeps NaN and infinity."
 BY = "the comparisons that let an answer leave (bench/proof/equation.py)"
-WIDER = 1.01
+WIDER = 1.05
 """Times what SOLVED may miss, what an answer may beside rounding: numbers of the comparison are rounded."""
 MANY = 16.0
 """Times (k + n)^2, how many roundings of |T| |f| a wrench may miss besides."""
