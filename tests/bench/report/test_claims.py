@@ -1,0 +1,191 @@
+"""Every sentence that claims something of demands stands in the table of claims, with the set it is about."""
+
+import ast
+import re
+import shutil
+from collections.abc import Callable, Iterator
+from functools import cache
+from io import StringIO
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+from rich.console import Console
+
+from alloc import build, list_vehicles, load_vehicle
+from alloc.allocation import WRENCH_TOLERANCE
+from alloc.reach.volumes import uniform_demands
+from bench.judging.capability import limit_wrenches, worst_loss
+from bench.record import PACKED, Judged, Key, Line
+from bench.report.claims import CLAIMS, SetClaim
+from bench.report.page import details, page
+from bench.report.sizes import page as size_page
+from bench.report.terminal import show
+from bench.results.machines import read_machines
+from bench.results.rows import read_run
+from bench.results.size import Loop
+from bench.results.sizing import sizes
+from tests import made_up
+from tests.made_up import cell, exact_cell, problem
+from tests.places import ROOT
+
+CLAIMING = re.compile(r"\b(worst|up to|nothing|all|every|only|at most)\b", re.IGNORECASE)
+"""Words of a sentence that speaks of a whole set."""
+
+
+def lossy(method: str, lost: float, demands: str = "active", **judged: object) -> Line:
+    loss = {"lost_wrench_max": lost, "lost_wrench_p50": lost, "answered_share": 1.0}
+    loss |= {"direction_error_max_deg": 100 * lost, "limits_violated_share": 0.0}
+    verdict = {"answers": 10, "counts": {"SOLVED": 10}, "agrees": True, "loss": loss, **judged}
+    return cell(method, key=Key("ukwial", demands, method), judged=msgspec.convert(verdict, Judged))
+
+
+def served(method: str, missed: float, *, corners: bool = True, older: bool = False) -> msgspec.Struct:
+    loss = None if older else made_up.loss(2000, missed)
+    return made_up.served(
+        method, 2000 if missed < 0.01 else 900, 2000, sample=loss, corners=loss if corners else None
+    )
+
+
+CHOICE = exact_cell("ukwial", "nullspace", 1.0)
+REFUSING = made_up.judge(CHOICE, loss={"answered_share": 0.8}, refused_longest=2)
+ALL = made_up.judge(exact_cell("ukwial", "scaled", 9.0), loss={"answered_share": 1.0})
+IDLE = made_up.judge(CHOICE, missed_max=1.0)
+LOG = msgspec.structs.replace(
+    problem("ukwial"), given=True, rate_hz=50.0, labels={"active": 8, "infeasible": 2}
+)
+MISSION = msgspec.structs.replace(problem("ukwial"), rate_hz=100.0)
+FLAT = msgspec.structs.replace(made_up.capability().authority[0], fault=1, rank=1, condition=None)
+SINGULAR = msgspec.structs.replace(made_up.capability().authority[0], fault=0, condition=4321.0)
+HALVES = [msgspec.structs.replace(p, demands=name, n_demands=60, rate_hz=100.0, left_out=2940)
+          for p, name in ((problem("ukwial"), "mission"), (problem("ukwial-f2", whole="ukwial", fault=2),
+                                                          "mission-fault"))]  # fmt: skip
+RUNS: dict[str, list[Line]] = {
+    "before its first row": [],
+    "a rule": [problem("ukwial"), lossy("clip", 0.2)],
+    "an exact method": [problem("ukwial", 3), lossy("pinv", 0.0), CHOICE],
+    "a log that some refuse": [LOG, REFUSING, ALL],
+    "a log asked in part": [msgspec.structs.replace(LOG, left_out=90, beyond=30), REFUSING],
+    "a mission asked in part": [msgspec.structs.replace(MISSION, left_out=2990), CHOICE],
+    "all refuse": [problem("ukwial"), IDLE],
+    "too slow": [problem("ukwial"), exact_cell("ukwial", "nullspace", 1e5)],
+    "closed form": [problem("ukwial"), lossy("pinv", 0.3), lossy("scaled", 0.0),
+                    made_up.capability(served=[served("pinv", 0.4), served("scaled", 0.0)])],
+    "closed form, many thrusters": [problem("ukwial"), lossy("pinv", 0.3),
+                                    made_up.capability(served=[served("pinv", 0.4, corners=False)])],
+    "closed form, older record": [problem("ukwial"), lossy("pinv", 0.3), lossy("scaled", 0.0),
+                                  made_up.capability(served=[served("scaled", 0.0, older=True)])],
+    "after failures": [problem("ukwial"), lossy("clip", 0.2),
+                       made_up.capability(authority=[made_up.capability().authority[0], FLAT, SINGULAR])],
+    "wrong": [problem("ukwial"), lossy("clip", 0.2, wrong="wrench missed", agrees=False),
+              cell("qp/gone", status="crashed", reason="signal 11", batches=[], singles=[], judged=None)],
+    "flight": [*HALVES, *(cell("clip", key=Key(p.vehicle, p.demands, "clip")) for p in HALVES)],
+}  # fmt: skip
+
+
+def text_of(folder: Path) -> str:
+    """Everything that is said of a record: report, details, size and terminal."""
+    run, out = read_run(folder), StringIO()
+    show(folder, Console(file=out, width=500))
+    loop = Loop(100.0)
+    (machine,) = read_machines([folder])
+    sized = sizes(run, loop)
+    said = size_page([machine], {machine.name: sized}, loop) if sized else ""
+    return "\n\n".join([page(run, frozenset()), details(run, frozenset()), said, out.getvalue()])
+
+
+@pytest.fixture(scope="module")
+def texts(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """Text of each run, and of the committed one."""
+    said = {}
+    for name, lines in RUNS.items():
+        folder = tmp_path_factory.mktemp("run")
+        said[name] = text_of(made_up.record(folder, made_up.header(), *lines))
+    for record in (ROOT / "results").glob(f"amd*/{PACKED}"):
+        folder = tmp_path_factory.mktemp("run")
+        shutil.copy(record, folder)
+        said[record.parent.name] = text_of(folder)
+    return said
+
+
+LEGENDS = re.compile(
+    "^Every timed answer is judged from T|^Medians of one call from|^Columns in % are shares|"
+    "^method p50 p99 serves misses"
+)
+"""Sentences that say what a column means, with a name of the run in them, and the terminal's table."""
+
+
+def unknown_claims(text: str) -> list[str]:
+    """Sentences that speak of a whole set, say not what a column means, and are in no claim."""
+    claiming = [s for s in sentences(text) if CLAIMING.search(s) and s not in legends()]
+    known = [LEGENDS, *(re.compile(claim.sentence) for claim in CLAIMS)]
+    return [s for s in claiming if not any(each.search(s) for each in known)]
+
+
+@cache
+def legends() -> str:
+    """Text of the report that no run changes: it says what a column means."""
+    found = []
+    for path in sorted((ROOT / "bench" / "report").rglob("*.py")):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        parts = {
+            id(part) for node in ast.walk(tree) if isinstance(node, ast.JoinedStr) for part in ast.walk(node)
+        }
+        texts = [node for node in ast.walk(tree) if isinstance(node, ast.Constant) and id(node) not in parts]
+        found += [" ".join(node.value.split()) for node in texts if isinstance(node.value, str)]
+    return "\n".join(found)
+
+
+def sentences(text: str) -> Iterator[str]:
+    """Sentences of the paragraphs and lists of a text, no table's or heading's."""
+    prose = [line if line.strip() and not re.match(r"\s*[|#!(]", line) else "" for line in text.splitlines()]
+    for paragraph in re.split(r"\n\s*\n|\n(?=- )", "\n".join(prose)):
+        whole = " ".join(paragraph.split())
+        yield from (part for part in re.split(r"(?<!eq)\.(?: |$)", whole) if part)
+
+
+@pytest.mark.parametrize("name", [*RUNS, "amd-epyc-2-cores"])
+def test_a_sentence_that_speaks_of_a_whole_set_is_in_the_table_of_claims(
+    name: str, texts: dict[str, str]
+) -> None:
+    assert unknown_claims(texts[name]) == []
+
+
+def test_a_sentence_that_nobody_put_into_the_table_is_found() -> None:
+    new = "Nothing that is attainable is lost by redistribute"
+    assert unknown_claims(f"# A title\n\n- {new}.\n\n| all | up to |\n") == [f"- {new}"]
+
+
+@pytest.mark.parametrize("claim", CLAIMS, ids=lambda claim: claim.sentence)
+def test_each_claim_is_made_of_some_run_and_not_of_another(claim: SetClaim, texts: dict[str, str]) -> None:
+    made = {name for name, text in texts.items() if re.search(claim.sentence, " ".join(text.split()))}
+    assert made
+    assert made < set(texts)
+
+
+@pytest.mark.parametrize("n", [3_000, pytest.param(100_000, marks=pytest.mark.long)])
+@pytest.mark.parametrize("method", ["nullspace", "scaled", "redistribute"])
+@pytest.mark.parametrize(
+    "vehicle", ["ukwial", "supply-vessel", pytest.param("bluerov2", marks=pytest.mark.long)]
+)
+def test_what_loses_nothing_of_2000_demands_loses_nothing_of_fresh_ones(
+    vehicle: str, method: str, n: int
+) -> None:
+    subject = load_vehicle(vehicle)
+
+    def worst(count: int, seed: int) -> float:
+        taus = uniform_demands(subject, np.random.default_rng(seed), count)
+        return worst_loss(subject, taus, build(method, subject).many(taus)[0]).missed_max
+
+    assert (worst(2000, 0) > WRENCH_TOLERANCE) == (worst(n, 9) > WRENCH_TOLERANCE)
+
+
+@pytest.mark.parametrize("vehicle", list_vehicles())
+def test_no_fresh_wrench_of_thrusters_at_their_limits_is_worse_than_those_gone_through(vehicle: str) -> None:
+    subject, rng = load_vehicle(vehicle), np.random.default_rng(7)
+    pinv: Callable[..., object] = build("pinv", subject).many
+    ends = np.where(rng.random((5000, subject.n)) < 0.5, subject.f_min, subject.f_max) @ subject.TP.T
+    fresh, kept = (worst_loss(subject, taus, pinv(taus)[0]) for taus in (ends, limit_wrenches(subject)))  # type: ignore[index]  # thrusts and statuses
+    assert fresh.missed_max <= kept.missed_max * (1 + 1e-6)
+    assert (fresh.turned_max_deg or 0.0) <= (kept.turned_max_deg or 0.0) * (1 + 1e-6) + 1e-6
