@@ -16,9 +16,9 @@ from alloc import AllocError, Label, build, load_vehicle
 from alloc.discovery import find
 from alloc.errors import UnknownName
 from alloc.kernels import by_level
+from alloc.kernels.exact import THINNER
 from alloc.kernels.held import Held
 from alloc.methods import recipe
-from alloc.nullspace.region import prepare
 from alloc.program import Scalar, Where, evaluate
 from bench.__main__ import cli
 from bench.chips.agreement import agreement, explained
@@ -283,7 +283,8 @@ def test_thrusts_that_thin_rows_lead_astray_do_not_agree(
 ) -> None:
     """A nearly symmetric vehicle, on the edges of what it can do, with and without what holds its thrusts."""
     if not held:
-        monkeypatch.setattr("alloc.kernels.exact.prepare", partial(prepare, thin=1e-300))
+        monkeypatch.setattr("alloc.kernels.exact.THIN", 1e-300)
+        monkeypatch.setitem(THINNER, "double", 1e-300)
         monkeypatch.setattr(by_level, "held", lambda _, __, thrusts, walk, *___: Held(thrusts, walk.shares))
     vehicle, rng = numbered(13)
     kernel = build_kernel("scaled@native", vehicle, "double", faults="none")
