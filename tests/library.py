@@ -9,6 +9,7 @@ from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.c.compiled import shared_library
 from alloc.library import K_MAX, calls, files
+from alloc.vehicle.geometry import DOF
 
 ROOM = 1 << 20
 """Bytes that hold a ``struct tb_allocator`` of any size here."""
@@ -17,6 +18,24 @@ ROOM = 1 << 20
 @cache
 def _library(n_max: int, k_max: int) -> ctypes.CDLL:
     return ctypes.CDLL(str(shared_library("libthrustbench", files(n_max=n_max, k_max=k_max))))
+
+
+class Survey(ctypes.Structure):
+    """One ``struct tb_survey``."""
+
+    _fields_ = (
+        *((key, ctypes.c_void_p) for key in ("T", "poses", "axis")),
+        *((key, ctypes.c_double) for key in ("mm", "deg", "relative", "weak")),
+    )
+
+
+def survey_of(vehicle: Vehicle) -> tuple[Survey, list[object]]:
+    """The survey of a vehicle, and what must live as long."""
+    known, axes = vehicle.survey, (ctypes.c_int * vehicle.k)(*map(DOF.index, vehicle.dof))
+    poses = None if vehicle.poses is None else np.ascontiguousarray(vehicle.poses)
+    arrays = [_pointer(vehicle.T), _pointer(poses), ctypes.cast(axes, ctypes.c_void_p)]
+    tolerances = known.mm, known.deg, known.relative or 0.0, vehicle.weak_limit or 0.0
+    return Survey(*arrays, *tolerances), [vehicle, poses, axes]
 
 
 class Allocator:
@@ -39,6 +58,11 @@ class Allocator:
         """Switch these thrusters off, and all others on that were."""
         mask = ctypes.c_ulong(sum(1 << i for i in thrusters))
         return int(self._library.tb_without(self.memory, mask))
+
+    def strong(self, survey: Survey | None, *thrusters: int) -> int:
+        """Switch these thrusters off, and leave out what is weak then."""
+        mask = ctypes.c_ulong(sum(1 << i for i in thrusters))
+        return int(self._library.tb_strong(self.memory, mask, survey and ctypes.byref(survey)))
 
     def __call__(
         self, method: str, tau: FloatArray, low: FloatArray | None = None, high: FloatArray | None = None

@@ -5,6 +5,8 @@ from alloc.library import K_MAX, N_MAX, NAME, calls, files
 from alloc.program import Scalar, Where
 from alloc.program.literal import number
 from alloc.vehicle import Vehicle
+from alloc.vehicle.geometry import DOF
+from alloc.vehicle.weak import six_rows
 
 FORMS: tuple[Where, ...] = ("fixed", "call")
 
@@ -32,23 +34,31 @@ def adapter(vehicle: Vehicle, method: str, scalar: Scalar = "double") -> dict[st
     ``<name>_ready(tau)`` returns tau, and prepares at its first call.
     """
     own, shares = name(vehicle, method, scalar), levels(method, vehicle)
-    subject = vehicle.strong if shares else vehicle  # the library knows no survey
     tables = {
-        "T": subject.T,
+        "T": vehicle.T,
         "H": vehicle.H,
         "readiness": vehicle.readiness,
         "f_min": vehicle.f_min,
         "f_max": vehicle.f_max,
     }
-    lengths = ""
-    if subject is not vehicle:  # of others the library finds the lengths of rows itself
-        tables["length"] = subject.row_lengths
-        lengths = "    status = status ? status : tb_lengths(&allocator, own_length);\n"
+    surveyed = bool(shares) and vehicle.strong is not vehicle
+    if surveyed and vehicle.poses is not None:
+        tables["poses"] = six_rows(vehicle.T, vehicle.dof, vehicle.poses)
     numbers = "\n".join(
         f"static const {scalar} own_{key}[{values.size}] = "
         f"{{{', '.join(number(value, scalar) for value in values.ravel().tolist())}}};"
         for key, values in tables.items()
     )
+    poses, survey = "own_poses" if "poses" in tables else "NULL", vehicle.survey
+    tolerances = (survey.mm, survey.deg, survey.relative or 0.0, vehicle.weak_limit or 0.0)
+    strong = "    status = status ? status : tb_strong(&allocator, 0, &own_survey);\n" if surveyed else ""
+    if surveyed:
+        axes = ", ".join(str(DOF.index(axis)) for axis in vehicle.dof)
+        numbers += f"""
+static const int own_axis[{vehicle.k}] = {{{axes}}};
+static const struct tb_survey own_survey = {{
+    own_T, {poses}, own_axis, {", ".join(number(each, scalar) for each in tolerances)}
+}};"""
     level = [next(i for i, axes in enumerate(vehicle.priority) if axis in axes) for axis in vehicle.dof]
     heads = {form: f"int {own}_{form}({parameters(vehicle, scalar, form, shares)})" for form in FORMS}
     given = {
@@ -72,9 +82,9 @@ static struct tb_allocator allocator;
 
 {prepares}
 {{
-    {"int" if lengths else "const int"} status =
+    {"int" if strong else "const int"} status =
         tb_prepare(&allocator, {vehicle.k}, {vehicle.n}, own_T, own_H, own_readiness, own_f_min, own_f_max);
-{lengths}    return status ? status : tb_levels(&allocator, own_level);
+{strong}    return status ? status : tb_levels(&allocator, own_level);
 }}
 
 {ready}

@@ -93,11 +93,28 @@ int tb_prepare(struct tb_allocator *a, int k, int n, const tb_real *T, const tb_
  * the copy, and swap pointers. */
 int tb_without(struct tb_allocator *a, unsigned long mask);
 
-/* Lengths (k) by which rows of T count, in place of their own: of a vehicle with weak directions, beside the T of its
- * strong ones, both from Python's `vehicle.strong`. Returns and is bounded as tb_prepare; TB_BAD_ARGUMENT, and nothing
- * changes, for a length that is not positive or 1e9 times (with TB_FLOAT 1e5) longer or shorter than the row's own.
- * Thrusters that were off by tb_without are back. */
-int tb_lengths(struct tb_allocator *a, const tb_real *length);
+/* How well a vehicle's geometry is known. A direction is weak where thrusters do no more along it than twice what errors
+ * of this size make of nothing (rms): less than the vehicle's drawing and its survey differ by.
+ *
+ * T          as tb_prepare got it
+ * poses      all six rows of T, n each, in the order of `axis`, where T has some of them only; NULL: T is all that is known
+ * axis       of each row of T: 0 surge, 1 sway, 2 heave, 3 roll, 4 pitch, 5 yaw
+ * mm, deg    tolerance of positions along each axis and of directions about each; a tape measure's: 3 and 0.3
+ * relative   tolerance of T's entries, a share of the largest of their row, in place of mm and deg; 0: those. Of columns
+ *            that are no thrust along a line it is 0.01 then
+ * weak       share of the strongest direction up to which one is weak, in place of all these, up to 0.5; 0: these decide
+ */
+struct tb_survey {
+    const tb_real *T, *poses;
+    const int *axis;
+    tb_real mm, deg, relative, weak;
+};
+
+/* tb_without for a vehicle with a survey: leaves weak directions out of every demand, as those that are lost. Call it once
+ * behind tb_prepare, with a mask of 0, then at each failure in place of tb_without; NULL is tb_without. All calls answer
+ * for what is strong, tb_nullspace too. Returns and is bounded as tb_prepare; TB_BAD_ARGUMENT for a survey that is none,
+ * and for one that could make all of the whole vehicle of nothing. */
+int tb_strong(struct tb_allocator *a, unsigned long mask, const struct tb_survey *survey);
 
 /* Levels for tb_priority: level[j] of axis j counts from 0, and no number is left out; else TB_BAD_ARGUMENT, and
  * nothing changes. tb_prepare puts all in one. */

@@ -345,27 +345,6 @@ int tb_prepare(struct tb_allocator *a, int k, int n, const tb_real *T, const tb_
     return tb_without(a, 0);
 }
 
-int tb_lengths(struct tb_allocator *a, const tb_real *length)
-{
-    if (a->n < 1 || length == NULL) {
-        return TB_BAD_ARGUMENT;
-    }
-    for (int r = 0; r < a->k; r++) {
-        const tb_real share = 1 / (length[r] * a->unit[r]);
-        if (!(length[r] > 0 && share > TB_RANK && share < 1 / TB_RANK)) {
-            return TB_BAD_ARGUMENT;
-        }
-    }
-    for (int r = 0; r < a->k; r++) {
-        const tb_real share = 1 / (length[r] * a->unit[r]);
-        a->unit[r] *= share;
-        for (int i = 0; i < a->n; i++) {
-            a->A[r][i] *= share;
-        }
-    }
-    return tb_without(a, 0);
-}
-
 int tb_without(struct tb_allocator *a, unsigned long mask)
 {
     if (a->n < 1) {

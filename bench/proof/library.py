@@ -48,7 +48,7 @@ NO_ERROR = (
 )
 STATUS = "The status of each call is one that the header names."
 KEPT = "What prepares an allocator leaves indices that lie within its arrays, so that any call may follow."
-PREPARING = ("tb_prepare", "tb_without", "tb_lengths", "tb_levels")
+PREPARING = ("tb_prepare", "tb_without", "tb_strong", "tb_levels")
 ANSWERS = (
     "On random vehicles, failures and demands thrusts lie inside the limits, SOLVED makes tau, shares make"
     " what they say, and NaN is refused."
@@ -196,7 +196,8 @@ extern volatile unsigned long any_mask;
 struct tb_allocator a;
 tb_real tau[TB_K_MAX], f_min[TB_N_MAX], f_max[TB_N_MAX], f[TB_N_MAX], share[TB_K_MAX];
 tb_real T[TB_K_MAX * TB_N_MAX], H[TB_N_MAX * TB_N_MAX], readiness[TB_N_MAX];
-int level[TB_K_MAX];
+tb_real poses[6 * TB_N_MAX];
+int level[TB_K_MAX], axis[TB_K_MAX];
 
 static int between(int least, int most)
 {
@@ -237,10 +238,12 @@ void tb_find_facets(struct tb_allocator *made, tb_real doubt)
     given = ", ".join(f"any ? {name} : NULL" for name in ("T", "H", "readiness", "f_min", "f_max"))
     return _main(
         f"""\
+    const struct tb_survey survey = {{any ? T : NULL, any ? poses : NULL, any ? axis : NULL,
+                                     tau[0], tau[0], tau[0], tau[0]}};
     switch (any) {{
     case 0: status = tb_prepare(&a, any, any, {given}); break;
     case 1: status = tb_without(&a, any_mask); break;
-    case 2: status = tb_lengths(&a, any ? tau : NULL); break;
+    case 2: status = tb_strong(&a, any_mask, any ? &survey : NULL); break;
     default: status = tb_levels(&a, level);
     }}
 {HELD}""",

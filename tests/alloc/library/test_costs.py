@@ -79,7 +79,7 @@ def test_each_call_s_stack_is_what_the_page_says(compiled: Path) -> None:
     stated = {
         call: float(size.replace(",", "")) for calls, size in rows for call in re.findall(r"tb_\w+", calls)
     }
-    assert len(stated) == 7
+    assert len(stated) == 8
     for call, size in stated.items():
         assert deepest(call) <= size * (1 + ROUNDED), call
     for calls, size in rows:  # one number for several calls is that of the deepest
