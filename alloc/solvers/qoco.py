@@ -41,12 +41,13 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
 
     p, m = qp.A.shape
     bounds, h = qp.one_sided
-    P, A, G = csc_matrix(qp.H), csc_matrix(qp.A), csc_matrix(bounds)
+    P, A, G = csc_matrix(qp.H), csc_matrix(qp.A) if p else None, csc_matrix(bounds)  # QOCO takes no empty A
     sides = OneSided(qp)
 
     def set_up() -> Any:
         model, right = qoco.QOCO(), sides.right
-        model.setup(m, len(h), p, P, qp.g, A, right[:p], G, right[p:], len(h), 0, None, **SETTINGS[level])
+        b = right[:p] if p else None
+        model.setup(m, len(h), p, P, qp.g, A, b, G, right[p:], len(h), 0, None, **SETTINGS[level])
         return model
 
     def cold(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
@@ -58,7 +59,7 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     def reused(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
         nonlocal kept
         sides.put(b, lb, ub)
-        kept.update_vector_data(b=sides.right[:p], h=sides.right[p:])
+        kept.update_vector_data(b=sides.right[:p] if p else None, h=sides.right[p:])
         answer = _solve(kept)
         if answer.status is not Status.SOLVED:
             kept = set_up()  # what stalled once fails on demands that a new object solves

@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from alloc import Status, Vehicle, alpha_max, build, catalogue, load_vehicle, solvers
+from alloc import NotApplicable, Status, Vehicle, alpha_max, build, catalogue, load_vehicle, solvers
 from alloc.allocation import WRENCH_TOLERANCE, FloatArray
 from alloc.discovery import Entry
 from alloc.formulations import Family
@@ -420,3 +420,16 @@ def test_daqp_answers_alike_where_it_eliminates_equations_and_where_it_does_not(
         F, status = build("qp/daqp", vehicle, start=start).many(taus, low, high)
         assert status.tolist() == wanted.tolist()
         np.testing.assert_allclose(F, exact, rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize("name", INSTALLED)
+def test_a_vehicle_that_has_no_equation_left_raises_nothing(name: str) -> None:
+    """A campaign's vehicle 5256: the one thruster that pushes is off, so the wrench is zero."""
+    vehicle = made_up([[1.0, 0.0]], 0.0, 9.0).with_fault(0)
+    for start in solvers.load(name).STARTS:
+        try:
+            allocate = build(f"qp/{name}", vehicle, start=start)
+        except NotApplicable:
+            continue
+        assert allocate([0.0]).status in (Status.SOLVED, Status.NOT_CONVERGED)
+        assert allocate([1.0]).status is Status.INFEASIBLE
