@@ -58,6 +58,7 @@ def vehicle_of(layouts: Layouts, i: int) -> Vehicle:
         f_max=layouts.f_max[:, i],
         readiness=np.ones(n),
         slack_weights=np.ones(k),
+        weak_limit=0.0,  # numbers, not a survey's
     )
 
 
