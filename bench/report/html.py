@@ -214,10 +214,7 @@ def _pool(pool: Pool, rows: Sequence[Row]) -> dict[str, Any]:
         "calls": static.calls,
         "p50_range": [slowest.call_p50_low_us, slowest.call_p50_high_us],
         "p999_range": _interval(merge(row.measured.singles for row in rows)),
-        "verdicts": [
-            (limit, fit, reason, static.usefulness(fit, often))
-            for limit, fit, reason, often in pool.verdicts()
-        ],
+        "verdicts": [(*each[:3], static.usefulness(each[1], each[3])) for each in pool.verdicts()],
         "bounds": bounds,
     }
 
@@ -229,6 +226,7 @@ def _worth(size: Size) -> dict[str, Any]:
         "refusal": size.refusal,
         "part": size.part,
         "gap": size.gap,
+        "missing": [size.missing_low, size.missing_high],
         "picky": size.picky,
         "spoken": spoken_name(size),
         "precedence": size.precedence,

@@ -6,7 +6,7 @@ from itertools import groupby
 from alloc.vehicle.geometry import unit
 from bench.results.emulated import IN_WORDS
 from bench.results.rows import Run
-from bench.results.size import Fit, Loop, Size, best_of_each
+from bench.results.size import Fit, Loop, Size, best_of_each, possible_first
 from bench.results.sizing import find_pauses, sizes
 from bench.results.text import cut_note, percent, three
 
@@ -87,6 +87,8 @@ def verdict(own: Sequence[Size], loop: Loop) -> str:
         text += "; no spare thruster: each wrench has one solution"
     if first.part:
         text += f"; {first.part}"
+    if rival := possible_first(own, loop):
+        text += f"; not decided by so few: {spoken_name(rival)} may come first"
     other = _other(first, own)
     return f"{text}; {other} would do too." if other else f"{text}."
 

@@ -13,8 +13,8 @@ from alloc.formulations import find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
 from bench.record import Emulated, ProcessorFacts
 from bench.results.quantiles import group, largest
+from bench.results.refusals import UNMET, refuses
 from bench.results.size import Fit, Loop, Size, rank_sizes
-from bench.results.sizing import UNMET, refuses
 from bench.results.text import three
 
 REFERENCE = "x86-64"

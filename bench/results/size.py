@@ -117,6 +117,7 @@ class Size:
     refusal : that, or what else it refuses, in words; empty where it answers all
     part : in words, how much of a mission was asked where that is not all of it; else empty
     missing : share of the demands that can be met of which it leaves out more than SERVED_WITHIN [-]
+    missing_low, missing_high : ends of the 95 % interval of ``missing`` [-]; equal where it is 0
     unanswered : whether some demand that was asked, drawn or of a log, got no thrusts within the limits, or a
         wrench of nothing
     picky : whether it refuses what can't be met, and delivers what can
@@ -150,6 +151,8 @@ class Size:
     refusal: str = ""
     part: str = ""
     missing: float = 0.0
+    missing_low: float = 0.0
+    missing_high: float = 0.0
     unanswered: bool = False
     picky: bool = False
     moving: bool = False
@@ -231,6 +234,31 @@ def rank_sizes(sizes: Sequence[Size], period_us: float) -> list[Size]:
     return ranked
 
 
+def _reading(size: Size, loop: Loop, *, better: bool) -> Size:
+    """A size at the better or the worse end of what noise and so few demands leave open."""
+    factor = (1 / CLOSE if better else CLOSE) if size.calls else 1.0
+    p50_us, fit, often = size.p50_us, size.fit, size.often and not better
+    if p50_us is not None and fit in (Fit.FITS, Fit.WITHOUT_TAIL, Fit.DOES_NOT_FIT):
+        if factor * p50_us > loop.limit_us:
+            fit = Fit.DOES_NOT_FIT
+        elif fit == Fit.DOES_NOT_FIT:
+            fit = Fit.WITHOUT_TAIL
+    missing = size.missing_low if better else size.missing_high
+    return replace(size, fit=fit, often=often, missing=missing, p50_us=None, cpu_us=factor * size.median_us)
+
+
+def possible_first(ranked: Sequence[Size], loop: Loop) -> Size | None:
+    """The size that a longer run may put first in place of the first; None where the first is decided.
+
+    So it is where the first stays first at the worse end of its medians, within CLOSE, and of what it misses,
+    with every other at the better end.
+    """
+    first, others = ranked[0], ranked[1:]
+    read = [_reading(first, loop, better=False), *(_reading(size, loop, better=True) for size in others)]
+    winner = rank_sizes(read, loop.period_us)[0]
+    return next((size for size in others if size.label == winner.label), None)
+
+
 def best_of_each(sizes: list[Size]) -> list[Size]:
     """The first start and level of each method on each vehicle."""
     first: dict[tuple[str, str], Size] = {}
@@ -246,7 +274,7 @@ def worst_size(there: Mapping[str, Size]) -> Size:
     numbers: dict[str, Any] = {
         name: largest(map(attrgetter(name), every))
         for name in (
-            *("missing", "moving", "refused", "unanswered", "picky", "often"),
+            *("missing", "missing_low", "missing_high", "moving", "refused", "unanswered", "picky", "often"),
             *("p50_us", "max_us", "cpu_us", "bound", "memory_MB"),
         )
     }

@@ -7,9 +7,7 @@ from functools import cached_property, lru_cache
 from itertools import pairwise
 from math import inf, prod
 from statistics import fmean
-from typing import NamedTuple
 
-from alloc.formulations import find_formulation
 from bench.record import NO_VEHICLE, SERVED_WITHIN, Problem
 from bench.record.file import CanaryError, CanaryFile
 from bench.results.columns import Row
@@ -20,22 +18,14 @@ from bench.results.quantiles import (
     late_bound,
     merge,
     quantile,
+    share,
     time_at_rank,
     total,
 )
 from bench.results.ranking import is_exact, is_right, largest_miss, objection
+from bench.results.refusals import MISSES, Refusal, refusal, refuses
 from bench.results.rows import Run
 from bench.results.size import LATE_SHARE, Fit, Loop, Size, judge_times, rank_sizes
-from bench.results.text import percent, plural, three
-
-WEAK = 0.25
-"""Share of its wrench that a method must not leave out of most demands that can be met [-]. Closed forms
-leave out less, even of demands that were drawn to lie beyond what they serve."""
-
-
-UNMET = "what can't be met"
-MISSES = ("some of what can be met", f"{percent(WEAK)} and more of most demands that can be met")
-"""In words, what a method refuses that it should not."""
 
 
 def unfit_reason(rows: Sequence[Row]) -> str:
@@ -47,81 +37,6 @@ def unfit_reason(rows: Sequence[Row]) -> str:
         if reason := wrong_reason(row):
             return reason
     return ""
-
-
-class Refusal(NamedTuple):
-    """Refusals of a method on a demand set.
-
-    Attributes
-    ----------
-    share : of a log or mission that got no wrench [-]
-    words : what it refuses, empty where nothing
-    unanswered : whether any demand that was asked got none, of drawn ones too
-    """
-
-    share: float
-    words: str
-    unanswered: bool
-
-
-def refusal(row: Row, problem: Problem | None) -> Refusal:
-    """The share of a log or mission that got no wrench, and in words what got none; 0 and empty for nothing.
-
-    Of a log that was not asked whole it is the share that can't be met, for methods that refuse those. Of
-    demands that were drawn to be beyond what the vehicle can do, or about the moment at which a mission comes
-    to that, a share would say nothing. A method that refuses is named as such of a log that is met, too: the
-    next dive may ask for more. One that delivers nothing of a demand that can be met, or WEAK shares of most,
-    counts as one that refuses all.
-    """
-    refused = _refused(row, problem)
-    judged = row.measured.judged
-    if max((each.missed_p50 or 0.0 for each in judged), default=0.0) >= WEAK:
-        return Refusal(1.0, MISSES[1], unanswered=True)
-    missed = max((each.missed_max or 0.0 for each in judged), default=0.0)
-    return Refusal(1.0, MISSES[0], unanswered=True) if missed >= 1 and not refused.share else refused
-
-
-def _refused(row: Row, problem: Problem | None) -> Refusal:
-    answered = row.answered_share
-    if answered is None:
-        return Refusal(0.0, "", unanswered=False)
-    refused, run = 1 - answered, max(judged.refused_longest for judged in row.measured.judged)
-    crossed = ""
-    if problem is not None and any(cell.limited for cell in row.measured.cells):
-        n = max(problem.n_demands, 1)
-        crossed = "limits that cross" if problem.crossed or problem.crossed_asked else ""
-        # Nobody can keep those, so to refuse them is no less than to answer them. Shares are rounded.
-        refused = max(0, round(refused * n) - problem.crossed_asked) / n
-        run = min(run, problem.beyond_longest) if problem.crossed_asked else run
-    if (
-        problem is not None and problem.given and problem.left_out and refuses(row.formulation)
-    ):  # then more than was asked
-        refused = problem.beyond / (problem.n_demands + problem.left_out)
-        run = problem.beyond_longest
-    in_time = problem is not None and (problem.given or problem.rate_hz is not None)  # a log or a mission
-    nothing = max(judged.nothing_share for judged in row.measured.judged) if in_time else 0.0
-    if not refused + nothing:
-        words = UNMET if in_time and refuses(row.formulation) else ""
-        words = f"{words}, and {crossed}" if words and crossed else words or crossed
-        return Refusal(0.0, words, unanswered=False)
-    if problem is None or not in_time:
-        return Refusal(0.0, UNMET, unanswered=True)
-    refused += nothing
-    if not problem.given:
-        words = f"some of {row.demands} by giving nothing" if nothing else f"{UNMET} of {row.demands}"
-        return Refusal(refused, words, unanswered=True)
-    words = f"{percent(refused)} of {row.demands}'s demands{' by giving nothing' if nothing else ''}"
-    if run and problem.rate_hz:
-        words += f", up to {three(run / problem.rate_hz)} s at a stretch"
-    elif run:
-        words += f", up to {plural(run, 'demand')} in a row"
-    return Refusal(refused, f"{words}, and {crossed}" if crossed else words, unanswered=True)
-
-
-def refuses(formulation: str) -> bool:
-    """True if methods of that formulation give no thrusts where a demand can't be met."""
-    known = find_formulation(formulation)
-    return known.optimal and known.way is None and not known.gives_way
 
 
 def wrong_reason(row: Row) -> str:
@@ -370,10 +285,14 @@ def pool_rows(run: Run, rows: Sequence[Row], transfer: Transfer | None = None) -
     moving = any(p.moving and p.given for p in known) or (bool(known) and all(p.moving for p in known))
     refusals = [refusal(row, each) for row, each in zip(rows, problems, strict=True)]
     said = max((each for each in refusals if each.words), default=Refusal(0.0, "", unanswered=False))
+    missing, n = missing_share(rows), round(sum(row.measured.attainable * row.n_demands for row in rows))
+    _, low, high = share(round(missing * n), n) if missing and n else (0.0, missing, missing)
     size = replace(
         size,
         exact=is_exact_everywhere(rows),
-        missing=missing_share(rows),
+        missing=missing,
+        missing_low=low,
+        missing_high=high,
         unanswered=any(each.unanswered for each in refusals)
         or (first.unlimited and any(row.limits_violated_share for row in rows)),
         refused=said.share,

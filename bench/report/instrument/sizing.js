@@ -66,6 +66,23 @@ function ordered(sizes, loop) {
   return found;
 }
 
+// Whether a longer run may put another first: _reading and possible_first of bench/results/size.py.
+function reading(size, loop, better) {
+  const factor = size.calls ? (better ? 1 / data.close : data.close) : 1, missing = size.missing[better ? 0 : 1];
+  let fit = size.fit;
+  if (size.p50 !== null && [FITS, WITHOUT_TAIL, DOES_NOT_FIT].includes(fit)) {
+    if (factor * size.p50 > loop.limit) fit = DOES_NOT_FIT;
+    else if (fit === DOES_NOT_FIT) fit = WITHOUT_TAIL;
+  }
+  const [, gap, inexact, , tail] = size.usefulness, late = fit > WITHOUT_TAIL ? fit - 1 : better || size.fit > WITHOUT_TAIL ? 0 : tail;
+  return { ...size, p50: null, cpu: factor * median(size), usefulness: [Number(fit > MAY_FIT), gap, inexact, Math.ceil(10 * missing), late], precedence: [...size.precedence.slice(0, -1), missing] };
+}
+
+function possibleFirst([first, ...others], loop) {
+  const winner = ordered([reading(first, loop, false), ...others.map((size) => reading(size, loop, true))], loop)[0];
+  return others.find((size) => size.label === winner.label);
+}
+
 function bestOfEach(sizes) {
   const seen = new Set();
   return sizes.filter((size) => !seen.has(size.method) && seen.add(size.method));
@@ -84,7 +101,7 @@ function onAll(byMachine, loop) {
     const largest = ["refused", "gap", "p50", "cpu", "max", "bound", "memory_MB", "lost"].map((key) => [key, most(there.map((size) => size[key]))]);
     found.push({
       ...unfit, ...Object.fromEntries(largest), there, reason: unfit.reason ? `${unfit.machine}: ${unfit.reason}` : "", exact: there.every((size) => size.exact), picky: there.some((size) => size.picky), refusal: refusing.refusal,
-      usefulness: worst(there.map((size) => size.usefulness)), precedence: worst(there.map((size) => size.precedence)),
+      usefulness: worst(there.map((size) => size.usefulness)), precedence: worst(there.map((size) => size.precedence)), missing: worst(there.map((size) => size.missing)),
       p999: tails.includes(null) ? null : most(tails), late: sum(there.map((size) => size.late)), calls: sum(there.map((size) => size.calls)),
       up_to: rates.length ? Math.min(...rates) : null, served: there.map((size) => size.served).find(Boolean) ?? "",
     });
@@ -124,6 +141,8 @@ function verdict(sizes, vehicle, loop, where) {
   if (refusing && exacting.every((size) => byNumbers([size.gap, size.refused], [first.gap, first.refused]) > 0)) text += `; ${refusing.spoken} refuses ${refusing.refusal}`;
   if (first.freedom === 0) text += "; no spare thruster: each wrench has one solution";
   if (first.part) text += `; ${first.part}`;
+  const rival = possibleFirst(sizes, loop);
+  if (rival) text += `; not decided by so few: ${rival.spoken} may come first`;
   const other = sizes.slice(1).find((size) => alike(size, first) && size.method !== first.twin && (first.refusal || !size.refusal));
   return other ? `${text}; ${other.spoken} would do too.` : `${text}.`;
 }

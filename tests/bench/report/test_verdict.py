@@ -72,6 +72,36 @@ def test_of_rules_that_fit_the_one_that_delivers_more_is_taken(
     assert re.search(taken, said(tmp_path, 100, problem, *cells))
 
 
+OPEN = "; not decided by so few: {} may come first"
+
+
+@pytest.mark.parametrize(("n", "is_open"), [(20, True), (5000, False)])
+def test_it_is_said_where_so_few_demands_leave_the_first_choice_open(
+    n: int, is_open: bool, tmp_path: Path
+) -> None:
+    """Either of two rules that serve 72 and 68 % may serve more of ten times the demands."""
+    cells = []
+    for method, share in (("clip", 0.72), ("mine", 0.68)):
+        cell = made_up.judge(
+            steady(method, 2, exact=False), missed_max=0.5, loss={"within_1pct_share": share}
+        )
+        cells.append(replace(cell, n_demands=n))
+    text = said(tmp_path, 100, made_up.problem("ukwial"), *cells)
+    assert text.startswith("ukwial at 100 Hz: take clip;")
+    assert (OPEN.format("mine") in text) == is_open
+
+
+@pytest.mark.parametrize(("us", "is_open"), [(600, False), (700, True), (1400, True), (1600, False)])
+def test_it_is_said_where_a_median_lies_as_near_to_the_limit_as_noise_moves_it(
+    us: float, is_open: bool, tmp_path: Path
+) -> None:
+    cells = [steady("exact", us, exact=True), steady("clip", 2, exact=False)]
+    taken, other = ("exact", "clip") if us < 1000 else ("clip", "exact")
+    text = said(tmp_path, 100, *cells)
+    assert text.startswith(f"ukwial at 100 Hz: take {taken};")
+    assert (OPEN.format(other) in text) == is_open
+
+
 def test_where_nothing_fits_the_sentence_says_by_how_much(tmp_path: Path) -> None:
     assert said(tmp_path, 1000, steady("m", 250, exact=True)) == (
         "ukwial at 1000 Hz: nothing here fits 10.0 % of the period;"
