@@ -245,7 +245,9 @@ class Vehicle:
     @property
     def weak(self) -> FloatArray:
         """(m, k) rows c, applied as c'tau, of the directions that methods with a share leave out."""
-        return self.directions.rows[self._weak]
+        rows = self.directions.rows[self._weak]
+        longest = np.abs(rows).max(axis=1, initial=0.0, keepdims=True)
+        return np.where(np.abs(rows) > RANK_TOLERANCE * longest, rows, 0.0)
 
     @property
     def weak_left(self) -> FloatArray:

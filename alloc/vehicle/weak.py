@@ -78,6 +78,10 @@ DRAWN = Survey()
 """A tape measure's: of a vehicle that says nothing."""
 
 
+ALIKE = 0.99
+"""The sign of a direction is that of its first entry that is as long as this share of the longest [-]."""
+
+
 class Directions(NamedTuple):
     """Directions of wrench, from the one with the most authority to the one with the least.
 
@@ -156,7 +160,8 @@ def directions(
     U, s, _ = np.linalg.svd(T * weight / scale[:, None])
     sigma = np.zeros(len(T))
     sigma[: len(s)] = s
-    rows = U.T / scale
+    sign = np.sign([u[np.abs(u) >= ALIKE * np.abs(u).max()][0] for u in U.T])  # LAPACK's is by chance
+    rows = (sign * U).T / scale
     squares = doubts(T, dof, survey, rows, whole)
     return Directions(rows, sigma, np.sqrt(squares @ weight**2), scale)
 

@@ -140,7 +140,7 @@ def test_what_a_method_refuses_of_a_log_stands_where_half_of_it_would(tmp_path: 
 
 def test_a_log_that_was_not_asked_whole_says_how_much_was(tmp_path: Path) -> None:
     """Its first demands could be met, and others not: the table called the log attainable."""
-    first = replace(made_up.problem("ukwial"), demands="mix", n_demands=50, left_out=350)
+    first = replace(made_up.problem("ukwial"), demands="mix", n_demands=50, left_out=350, given=True)
     cell = asked("nullspace", "active", 0.1)
     cell = made_up.rename(cell, demands="mix")
     method = Method(name="nullspace@native", twin="nullspace", foreign=True)
