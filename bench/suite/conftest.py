@@ -11,6 +11,7 @@ from alloc import Allocator, AllocError, NotApplicable, Vehicle, catalogue, load
 from alloc.discovery import Entry, find, load_plugin, prepare
 from alloc.errors import NotInstalled
 from alloc.formulations import Family
+from alloc.solvers import slow
 from bench.judging.question import Question
 from bench.suite.answers import LABELS, MOVING, question
 
@@ -66,7 +67,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     if "entry" in metafunc.fixturenames:
         plugged = [load_plugin(Path(file)) for file in option("plugin")]
         every = option("all")
-        usual = [] if plugged else [e.name for e in catalogue() if every or e.family in COMPARED]
+        usual = [] if plugged else [e.name for e in catalogue() if every or is_compared(e)]
         wanted = option("method") or usual
         entries = [e for e in catalogue() if not e.missing and e.name in wanted] + plugged
         if "start" in metafunc.fixturenames:
@@ -75,6 +76,11 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
             metafunc.parametrize(("entry", "start"), rows, ids=ids)
         else:
             metafunc.parametrize("entry", entries, ids=[e.name for e in entries])
+
+
+def is_compared(entry: Entry) -> bool:
+    """True if a method is timed by default: of COMPARED, and by no solver that takes long."""
+    return entry.family in COMPARED and entry.solver not in slow()
 
 
 def _best(starts: tuple[str, ...]) -> tuple[str, ...]:

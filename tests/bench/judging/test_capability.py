@@ -250,5 +250,5 @@ def test_a_demand_without_thrusts_is_lost_whole_and_many_thrusters_have_no_corne
     refused = worst_loss(UKWIAL, np.ones((2, 3)), np.array([[np.nan] * 4, [1.0] * 4]))
     assert (refused.n_demands, refused.n_answers, refused.missed_max) == (2, 1, 1.0)
     doubled = {key: np.tile(getattr(UKWIAL, key), 3) for key in ("T", "f_min", "f_max", "readiness")}
-    twelve = replace(UKWIAL, **doubled, H=np.eye(12), slew=None)
+    twelve = replace(UKWIAL, **doubled, H=np.eye(12), slew=None, poses=None)
     assert limit_wrenches(twelve).shape == (0, 3)

@@ -112,7 +112,7 @@ def checked(folder: Path, text: str) -> None:
         (
             "demands: {n: 16}",
             "dof: [surge, sway, yaw, heave]",
-            "base: ukwial pushes 3 of 4 degrees of freedom",
+            "base: dof: planar thrusters move surge, sway and yaw only, not heave",
         ),
         ("demands: {n: 16}", "dof: [up]", "dof: give different names out of surge"),
         ("demands: {n: 16}", "sampling: grid", "groups.bow.x: a grid takes 'steps' of a span"),
@@ -313,7 +313,7 @@ def test_layouts_keep_their_base_s_frame_and_thrusters_go_by_name(tmp_path: Path
         ("frame: flu", [10, -20, -3]),
         ("frame: frd, scale: 2", [20, 40, 6]),
         ("frame: frd, scale: [1, 2, 3]", [10, 40, 9]),
-        ("frame: frd, columns: surge=force.y", [20, 20, 3]),
+        ("frame: frd, columns: 'surge=force.y,sway=force.x'", [20, 10, 3]),
     ],
 )
 def test_a_study_s_log_is_read_as_its_keys_say_and_says_how(
@@ -323,8 +323,8 @@ def test_a_study_s_log_is_read_as_its_keys_say_and_says_how(
     text = PLANAR.replace("{n: 16}", "{set: ros.csv, n: 16" + f", {keys}}}")
     space, _ = compiled(tmp_path, text)
     assert space.taus.tolist() == [wrench]
-    surge = "force.y" if "columns" in keys else "force.x"
-    assert space.said[0].startswith(f"ros.csv: surge from '{surge}' [N]; sway from 'force.y' [N]; yaw")
+    surge, sway = ("force.y", "force.x") if "columns" in keys else ("force.x", "force.y")
+    assert space.said[0].startswith(f"ros.csv: surge from '{surge}' [N]; sway from '{sway}' [N]; yaw")
     assert "--" not in " ".join(space.said), "a remedy is a key here, and no option"
 
 
