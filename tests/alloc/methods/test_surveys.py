@@ -5,12 +5,18 @@ least sigma / epsilon of the directions that the drawing pushes, epsilon by the 
 that is delivered differs by at most BOUND / r. That holds from r = CLEAR on. Below it a direction may be weak
 on one and strong on the other, and until it is taken back gradually (docs/weak-axes.md) the share has a step.
 
+After failures that take a direction a demand is projected along it, and the survey turns it by its own
+epsilon: with r_all the least sigma over the largest epsilon, lost directions counted too, the share of a
+demand that the drawing can push differs by at most BOUND / r_all, that of any demand by ANY / r_all.
+
 Left out are thrusters that can't reverse: a demand on the rim of the cone they push leaves it by any noise.
 Levels of ``priority`` after the first take what it leaves, which may be anything on drawings too. So does
-``scaled-by-group`` on a survey, where all axes share thrusters by millimetres, and are one group.
+``scaled-by-group`` on a survey, where all axes share thrusters by millimetres, and are one group. And where a
+direction is lost a level may own one on the drawing that it does not own on the survey (``way.OWN``).
 """
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -21,7 +27,7 @@ from alloc.c import missing
 from alloc.c.target import Target
 from alloc.methods import recipe
 from alloc.program import evaluate
-from alloc.reach.way import groups
+from alloc.reach.way import groups, step_maps
 from alloc.vehicle.weak import Survey
 from bench.demands.generated import near_degenerate
 from bench.demands.surveys import fail_thrusters, failures, hexarotor, move_poses, pushable_demands
@@ -30,6 +36,10 @@ from tests.not_asked import not_asked
 NOISE = (Survey(0.1, 0.01), Survey(0.5, 0.05), Survey(3.0, 0.3), Survey(10.0, 0.5), Survey(20.0, 1.0))
 BOUND = {"scaled": 2.0, "scaled-by-group": 2.0, "priority": 4.0}
 """Largest |change of share| times r, by method: seen were 1.5, 1.5, 3.5."""
+ANY = 4.0
+"""The same of any demand, and r_all: seen were 3.1, 3.1, 3.3."""
+PUSHED = 10
+"""How many demands of a state the drawing can push; they stand first."""
 CLEAR = 4.0
 MOST = 10
 """Most thrusters of a vehicle: ``priority`` lists the facets of more in seconds."""
@@ -48,8 +58,18 @@ def drawing(name: str) -> Vehicle:
 NAMES = [*list_vehicles(), "hexarotor", *map(str, range(GENERATED))]
 
 
-def states(name: str, seed: int, count: int) -> list[tuple[Vehicle, Vehicle, float, FloatArray]]:
-    """Drawings and surveys with up to two thrusters off, r, and demands (N, k): pushed, and any."""
+class State(NamedTuple):
+    """A drawing and its survey, r, r_all, and demands (N, k): those that the drawing can push, then any."""
+
+    drawn: Vehicle
+    surveyed: Vehicle
+    r: float
+    r_all: float
+    taus: FloatArray
+
+
+def states(name: str, seed: int, count: int) -> list[State]:
+    """Drawings and surveys with up to two thrusters off, and demands."""
     vehicle, rng = drawing(name), np.random.default_rng([41, seed, NAMES.index(name)])
     if vehicle.n > MOST or (vehicle.f_min >= 0.0).any():
         not_asked("more thrusters than facets can be listed of, or one that can't reverse")
@@ -66,7 +86,9 @@ def states(name: str, seed: int, count: int) -> list[tuple[Vehicle, Vehicle, flo
         r = float((of.sigma / of.epsilon)[: drawn.rank].min())
         if r >= CLEAR:
             wild = rng.normal(size=(5, drawn.k)) * of.scale * drawn.f_scale
-            found.append((drawn, surveyed, r, np.vstack([pushable_demands(drawn, 10, rng), wild])))
+            r_all = float(of.sigma[: drawn.rank].min() / of.epsilon.max())
+            taus = np.vstack([pushable_demands(drawn, PUSHED, rng), wild])
+            found.append(State(drawn, surveyed, r, r_all, taus))
         if len(found) == count:
             break
     return found
@@ -88,14 +110,21 @@ def shares(method: str, vehicle: Vehicle, allocate: Allocator, taus: FloatArray)
     return along(vehicle, np.array([answer.f for answer in answers]), taus)
 
 
-def check_noise(name: str, method: str, seed: int, count: int, form: str = "", beyond: float = 0.0) -> None:
-    """Assert that shares differ by no more than BOUND / r, and that no thrust is beyond its limits.
+def owned(vehicle: Vehicle) -> list[int]:
+    """How many directions each level of a vehicle owns."""
+    return [int(np.linalg.matrix_rank(D)) for D in step_maps(vehicle.strong, vehicle.priority)]
 
-    ``beyond`` is the share of states, and one more, that may differ by more.
+
+def check_noise(name: str, method: str, seed: int, count: int, form: str = "", *, lost: bool = False) -> None:
+    """Assert that shares differ by no more than the noise may make, and that no thrust is beyond its limits.
+
+    That is BOUND / r, with ``lost`` what r_all allows of directions that failures take.
     """
     asked, off = 0, []
-    for drawn, surveyed, r, taus in states(name, seed, count):
+    for drawn, surveyed, r, r_all, taus in states(name, seed, count):
         if method == "scaled-by-group" and groups(drawn.strong) != groups(surveyed.strong):
+            continue
+        if lost and method == "priority" and owned(drawn) != owned(surveyed):
             continue
         try:
             before = shares(method, drawn, build(method, drawn), taus)
@@ -107,9 +136,13 @@ def check_noise(name: str, method: str, seed: int, count: int, form: str = "", b
         room = 0.0 if not form else 1e-9 * surveyed.f_scale
         assert ((surveyed.f_min - room <= F) & (surveyed.f_max + room >= F)).all()
         asked += 1
-        if not (change := float(np.abs(after - before).max())) <= BOUND[method] / r:
-            off.append((surveyed.name, surveyed.survey.words, r, change))
-    assert len(off) <= (1 + beyond * asked if beyond else 0), off
+        allowed = np.full(len(taus), BOUND[method] / r)
+        if lost:
+            allowed[:PUSHED], allowed[PUSHED:] = BOUND[method] / r_all, ANY / r_all
+        change = np.abs(after - before)
+        if not (change <= allowed).all():
+            off.append((surveyed.name, surveyed.survey.words, r, r_all, float(change.max())))
+    assert off == []
     if not asked:
         not_asked("each direction is all but lost, or groups differ")
 
@@ -127,12 +160,7 @@ def test_a_share_differs_from_the_drawing_s_by_a_multiple_of_the_noise(name: str
 def test_a_share_differs_by_a_multiple_of_the_noise_after_every_failure(
     name: str, method: str, seed: int
 ) -> None:
-    """Not yet of all: a survey may make more than 2 epsilon of a direction that the drawing lost.
-
-    Of 40 states with two thrusters off at most 4 were seen beyond the bound, of symmetric generated vehicles
-    by up to 0.88 of the share; until such a direction is taken back gradually, a quarter may be.
-    """
-    check_noise(name, method, seed, 40, beyond=0.25)
+    check_noise(name, method, seed, 40, lost=True)
 
 
 @pytest.mark.long
@@ -148,7 +176,7 @@ def test_c_and_the_library_keep_that_bound(name: str, method: str, form: str) ->
 @pytest.mark.parametrize("name", ["bluerov2", "bluerov2-heavy", "subjugator8", "hexarotor", "1", "4"])
 @pytest.mark.parametrize("method", ["scaled", "priority"])
 def test_single_precision_keeps_that_bound(name: str, method: str) -> None:
-    for drawn, surveyed, r, taus in states(name, 4, 6):
+    for drawn, surveyed, r, _, taus in states(name, 4, 6):
         target = Target(vehicle=surveyed, method=recipe(method), scalar="float", limits="call", faults="none")
         (program,) = target.programs.values()
         sides = [np.tile(side, (len(taus), 1)) for side in (surveyed.f_min, surveyed.f_max)]
