@@ -6,7 +6,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.lint.report import FARTHEST_ARM, Remark, note, warning
-from alloc.reach.attainable import alpha_max
+from alloc.reach.attainable import single_axis_maxima
 from alloc.vehicle import Vehicle
 from alloc.vehicle.geometry import MOMENTS
 from alloc.vehicle.keys import VehicleFile
@@ -62,13 +62,11 @@ def _on_lost_ways(vehicle: Vehicle) -> Iterator[Remark]:
     """A remark on axes that T pushes and limits leave nothing of, alone and at least one way."""
     if (vehicle.f_min > 0).any() or (vehicle.f_max < 0).any():
         return
-    pushed = np.flatnonzero(vehicle.TP.any(axis=1))
-    ways = [(i, sign) for i in pushed.tolist() for sign in (1.0, -1.0)]
-    taus = np.array([sign * vehicle.wrench_scale * np.eye(vehicle.k)[i] for i, sign in ways])
-    most = alpha_max(vehicle, taus)
-    lost = [
-        f"{sign:+.0f}"[0] + vehicle.dof[i] for (i, sign), m in zip(ways, most, strict=True) if m <= NOTHING
-    ]
+    astern, ahead = single_axis_maxima(vehicle)
+    least = NOTHING * vehicle.wrench_scale
+    pushed = vehicle.TP.any(axis=1)
+    nothing = np.stack([pushed & (ahead <= least), pushed & (-astern <= least)], axis=1)
+    lost = [f"{'+-'[way]}{vehicle.dof[axis]}" for axis, way in np.argwhere(nothing)]
     if lost:
         yield warning(
             "f_min",
