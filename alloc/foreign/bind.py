@@ -16,6 +16,7 @@ from alloc.errors import NotApplicable, NotInstalled, PluginError
 from alloc.formulations import find_formulation
 from alloc.live.plain import ANY_DISTANCE
 from alloc.vehicle import Vehicle
+from alloc.vehicle.names import axis_levels
 
 HEADER = "thrustbench_allocator.h"
 VERSION = 1
@@ -72,22 +73,22 @@ def plugin(path: Path, rule: str) -> ModuleType:
     ``rule`` is the formulation of a library that promises none. Raises PluginError for one that can't be
     loaded, lacks a function, or is of another version.
     """
-    promise = _promised(_opened(path), rule)
+    library = _opened(path)
+    promise = _promised(library, rule)
     module = ModuleType(f"thrustbench_library_{path.stem}", f"{path.name}, by {HEADER}.")
     declared = {
         "FORMULATION": promise.formulation,
         "LIMITED": promise.limited,
         "TOLERANCE": promise.tolerance,
     }
-    vars(module).update(declared, FOREIGN=True, build=partial(bound, path, promise))
+    vars(module).update(declared, FOREIGN=True, build=partial(bound, path, library, promise))
     return module
 
 
-def bound(path: Path, promise: LibraryPromise, vehicle: Vehicle) -> Allocator:
+def bound(path: Path, library: ctypes.CDLL, promise: LibraryPromise, vehicle: Vehicle) -> Allocator:
     """The library's allocator for a vehicle; raises NotApplicable, NotInstalled."""
     if lacking := missing():
         raise NotInstalled(f"{path}: {lacking}")
-    library = _opened(path)
     scalar = SCALARS[library.tba_interface()]
     way = find_formulation(promise.formulation).way
     shares = len(way(vehicle).keep) if way else 0
@@ -167,13 +168,12 @@ def _numbers(vehicle: Vehicle, scalar: type[np.floating]) -> tuple[np.ndarray, .
     low, high = vehicle.f_min.astype(scalar), vehicle.f_max.astype(scalar)
     low = np.where(low < vehicle.f_min, np.nextafter(low, scalar(0)), low)
     high = np.where(high > vehicle.f_max, np.nextafter(high, scalar(0)), high)
-    level = [next(i for i, axes in enumerate(vehicle.priority) if axis in axes) for axis in vehicle.dof]
     floats = (vehicle.T, vehicle.H, vehicle.readiness)
     return (
         *(np.ascontiguousarray(values, dtype=scalar) for values in floats),
         low,
         high,
-        np.array(level, np.intc),
+        np.array(axis_levels(vehicle.priority, vehicle.dof), np.intc),
     )
 
 

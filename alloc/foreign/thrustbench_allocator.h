@@ -55,7 +55,7 @@ struct tba_input {
 struct tba_output {
     size_t size;
     tba_real *f;     /* n: thrusts [N] */
-    tba_real *share; /* 1: what f makes of tau, 0 to 1; NULL unless the promised formulation has a share */
+    tba_real *share; /* one a level, 0 to 1: what f makes of tau; NULL unless the promised formulation has shares */
 };
 
 struct tba_promise {

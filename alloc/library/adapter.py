@@ -6,6 +6,7 @@ from alloc.program import Scalar, Where
 from alloc.program.literal import number
 from alloc.vehicle import Vehicle
 from alloc.vehicle.geometry import DOF
+from alloc.vehicle.names import axis_levels
 from alloc.vehicle.weak import six_rows
 
 FORMS: tuple[Where, ...] = ("fixed", "call")
@@ -59,7 +60,7 @@ static const int own_axis[{vehicle.k}] = {{{axes}}};
 static const struct tb_survey own_survey = {{
     own_T, {poses}, own_axis, {", ".join(number(each, scalar) for each in tolerances)}
 }};"""
-    level = [next(i for i, axes in enumerate(vehicle.priority) if axis in axes) for axis in vehicle.dof]
+    level = axis_levels(vehicle.priority, vehicle.dof)
     heads = {form: f"int {own}_{form}({parameters(vehicle, scalar, form, shares)})" for form in FORMS}
     given = {
         form: arguments(form, shares, "" if form == "call" else "NULL, NULL") for form in FORMS

@@ -119,5 +119,10 @@ def checked_levels(
     return tuple(map(tuple, levels))
 
 
+def axis_levels(priority: Priority, dof: Sequence[str]) -> list[int]:
+    """The level of each axis of ``dof``, counted from 0."""
+    return [next(i for i, axes in enumerate(priority) if axis in axes) for axis in dof]
+
+
 def _refused(key: str, why: str) -> VehicleError:
     return VehicleError(f"{key}: {why}", key)
