@@ -164,7 +164,7 @@ def load_plugin(path: Path) -> Entry:
     used = {value.__name__ for value in vars(module).values() if isinstance(value, ModuleType)}
     if shadowed := _shadowed(path, used | loaded):
         raise PluginError(f"{path}: {shadowed}; rename the file beside the plug-in, or uninstall the other")
-    entry = _entry(_hyphened(path.stem), module)
+    entry = _entry(plugin_name(path), module)
     return replace(entry, prepare=partial(_built, path, module))
 
 
@@ -176,7 +176,7 @@ def _compiled(path: Path) -> ModuleType | None:
         return None
     from alloc.foreign.bind import plugin  # with all that makes C
 
-    return plugin(path, _own_rule(_hyphened(path.stem)))
+    return plugin(path, _own_rule(plugin_name(path)))
 
 
 def _imported(path: Path) -> tuple[ModuleType, set[str]]:
@@ -253,7 +253,7 @@ def _built(path: Path, module: ModuleType, vehicle: Vehicle, **options: Any) -> 
     return Plain(
         made,
         vehicle,
-        declared or _own_rule(_hyphened(path.stem)),
+        declared or _own_rule(plugin_name(path)),
         getattr(module, "LIMITED", bool(declared) and find_formulation(declared).limited),
         float(getattr(module, "TOLERANCE", EXACT if declared else ANY_DISTANCE)),
     )
@@ -275,6 +275,11 @@ def _entries(module: ModuleType) -> Iterator[Entry]:
     else:
         check_for(module, "FORMULATION")
         yield _entry(_hyphened(module.__name__.rpartition(".")[2]), module)
+
+
+def plugin_name(path: Path) -> str:
+    """The name of the method in a user's file: a_b.py holds a-b."""
+    return _hyphened(path.stem)
 
 
 def _hyphened(file: str) -> str:

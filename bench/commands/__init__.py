@@ -3,7 +3,7 @@
 import io
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from math import isfinite
 from pathlib import Path
@@ -38,12 +38,6 @@ FAULTS = click.option(
 RUNS = Path("runs")
 """Where runs go unless --out says otherwise, each into a folder of its own: ``<machine>/<date and time>``.
 git ignores it; `make keep` packs a run into results/."""
-
-
-def files_apart(methods: Sequence[str], plugins: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The methods that are no files, and the plug-ins with those that are."""
-    files = tuple(name for name in methods if Path(name).is_file())
-    return tuple(name for name in methods if name not in files), (*plugins, *files)
 
 
 def refuse_another_s(folder: Path, files: Mapping[str, str]) -> None:

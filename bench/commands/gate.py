@@ -66,6 +66,7 @@ def command(
     inconclusive.
     """
     from alloc import catalogue, list_vehicles
+    from alloc.discovery import plugin_name
     from alloc.errors import UnknownName
     from alloc.files.textfile import write_text
     from alloc.vehicle.file import find_file
@@ -87,7 +88,7 @@ def command(
     asked = vehicles or VEHICLES
     chosen = among(vehicles, cells) if vehicles else cells
     plugins = tuple(dict.fromkeys(plugins))
-    methods = [plugin.stem.replace("_", "-") for plugin in plugins]  # as in the catalogue
+    methods = [plugin_name(plugin) for plugin in plugins]
     taken = [entry.name for entry in catalogue()]
     for plugin, method in zip(plugins, methods, strict=True):
         if [*taken, *methods].count(method) > 1:  # the other's answers would stand for the file's

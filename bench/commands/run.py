@@ -9,7 +9,6 @@ from bench.commands import (
     PATH,
     RUNS,
     Finite,
-    files_apart,
     latest_run,
     log_options,
     read_options,
@@ -115,7 +114,9 @@ def command(
     if study and preset:
         raise click.UsageError("give one of --study, --quick and --all")
     console = Console()
-    options["methods"], options["plugins"] = files_apart(options["methods"], options["plugins"])
+    files = tuple(name for name in options["methods"] if Path(name).is_file())
+    options["methods"] = tuple(name for name in options["methods"] if name not in files)
+    options["plugins"] += files
     options["faults"] = tuple(map(parse_fault, faults))
     options["log"] = read_options(topic, frame, columns, scale)
     settings = getattr(plan, study or preset or "default")()

@@ -10,6 +10,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from alloc import NotApplicable, Vehicle, catalogue, list_vehicles, load_vehicle
+from alloc.discovery import plugin_name
 from alloc.errors import DemandError, PluginError, UnknownName, unknown
 from alloc.formulations import EXACT_METHODS, find_formulation
 from bench.demands import DemandSet, build_demands
@@ -138,7 +139,7 @@ def plugin_contenders(settings: RunSettings) -> list[Contender]:
 
 
 def _described(path: str, vehicle: str, task: AnswerTask, settings: RunSettings) -> Contender:
-    name = Path(path).stem.replace("_", "-")
+    name = plugin_name(Path(path))
     contender = Contender(method=Method(name=name, plugin=True), plugin=path)
     tasks: list[Task] = [DescribeTask(), task]
     job = Job(method=name, plugin=path, tasks=tasks, memory_bytes=settings.memory_MB << 20)
