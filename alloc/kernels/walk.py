@@ -57,8 +57,8 @@ def remaining(builder: Builder, f0: list[Number]) -> list[Expression]:
 
 PARALLEL: dict[Scalar, float] = {"double": edge.PARALLEL, "float": 5e-7}
 EDGE: dict[Scalar, float] = {"double": edge.EDGE, "float": 4e-6}
-"""What ``alloc.reach.edge`` has for double, and what rounding makes of it in float: some eight roundings of a
-step. A step that runs out of a facet by more is no longer met by thrusts within half of MET."""
+"""Tolerances of a step, ``alloc.reach.edge``'s in double; in float PARALLEL is some eight roundings of it. A
+step that runs out of a facet by more is no longer met by thrusts within half of MET."""
 
 
 class Walk:

@@ -15,7 +15,7 @@ from bench.proof.forms import ONE, Form, Forms, Product, number, total
 FACTOR = 1e-5
 """Factors that differ by less than this, relative to the larger, differ by rounding of constants."""
 ROUNDED = 16.0
-"""What lies beyond a limit by no more than so many roundings of it counts as rounded, not as permitted."""
+"""Roundings of a limit by which a number beyond it counts as rounded, not as permitted."""
 ALTERNATIVES = 64
 """Most bounds of one number that are kept."""
 Bound = tuple[Node | None, float, bool]

@@ -92,7 +92,7 @@ def _warnings(capability: Capability) -> list[str]:
 
 
 SETS_OF_RANK = ("a point", "a line", "a plane")
-"""What is left of an attainable set of rank 0, 1 and 2."""
+"""Names of attainable sets of rank 0, 1 and 2."""
 
 
 def _flat(capability: Capability) -> list[str]:
