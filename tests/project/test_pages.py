@@ -13,6 +13,19 @@ GENERATED = {"index.md", "contributing.md", "changelog.md"}
 """Pages of the site whose text stands in the root of the repository (docs/site.py)."""
 
 
+ALLOTTED = {
+    "autopilot.md": 700,
+    "azimuth.md": 600,
+    "failures.md": 500,
+    "fuse.md": 500,
+    "judge-your-allocator.md": 600,
+    "soft.md": 800,
+    "weak-axes.md": 500,
+    "what-flies.md": 600,
+}
+"""Most words of each page that explains one newer subject; the others share one limit."""
+
+
 def words(page: Path) -> int:
     """Words: text with a letter or a digit; the bars of a table are none."""
     return sum(bool(re.search(r"\w", word)) for word in page.read_text(encoding="utf-8").split())
@@ -23,9 +36,16 @@ def test_the_navigation_has_every_page_once() -> None:
     assert sorted(shown) == sorted({*GENERATED, *(page.name for page in DOCS.glob("*.md"))})
 
 
-def test_all_pages_together_have_at_most_20_000_words() -> None:
-    counted = {page.name: words(page) for page in DOCS.glob("*.md")}
-    assert sum(counted.values()) <= 20_000, counted
+def test_pages_without_a_limit_of_their_own_have_at_most_19_900_words() -> None:
+    counted = {page.name: words(page) for page in DOCS.glob("*.md") if page.name not in ALLOTTED}
+    assert sum(counted.values()) <= 19_900, counted
+
+
+@pytest.mark.parametrize(
+    "page", [page for page in sorted(DOCS.glob("*.md")) if page.name in ALLOTTED], ids=lambda page: page.name
+)
+def test_a_page_of_one_subject_has_at_most_the_words_that_it_is_allotted(page: Path) -> None:
+    assert words(page) <= ALLOTTED[page.name]
 
 
 @pytest.mark.parametrize(("page", "most"), [("docs/solvers.md", 1_500), ("CHANGELOG.md", 500)])
