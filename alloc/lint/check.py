@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import get_args
 
 from alloc.errors import FileError, VehicleError
+from alloc.lint.current import on_current
 from alloc.lint.esc import on_esc
 from alloc.lint.failures import failures, on_exact_method, on_failures, on_weak, pairs
 from alloc.lint.geometry import (
@@ -52,6 +53,7 @@ def check_vehicle(name: str | Path) -> Report:
         collected += on_units(vehicle)
         collected += on_moving_limits(keys, vehicle)
         collected += on_esc(keys, vehicle)
+        collected += on_current(keys, vehicle)
         collected += on_weights(vehicle)
         collected += on_weak(vehicle)
         lost, both = tuple(failures(vehicle)), tuple(pairs(vehicle))

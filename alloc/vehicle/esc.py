@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from alloc.allocation import BoolArray, FloatArray, IndexArray, StatusArray
 from alloc.errors import DemandError, VehicleError
+from alloc.vehicle.current import Current, Draw, make_draw
 from alloc.vehicle.limits import Interval
 
 ROUNDING = 1e-6
@@ -65,6 +66,7 @@ class Esc:
     command : (K,) rising commands of the curve as if not reversed, neutral among them
     curve : (m, K) never falling, 0 at neutral [N]
     nominal : voltage where a call says none [V]; NaN where nothing says
+    current : what the thruster draws; None where nothing says
     """
 
     neutral: float
@@ -77,6 +79,7 @@ class Esc:
     command: FloatArray
     curve: FloatArray
     nominal: float
+    current: Current | None = None
 
     @property
     def whole(self) -> bool:
@@ -257,6 +260,18 @@ def esc_limits(
         low[:, columns], high[:, columns] = (np.clip(side[:, columns], *ends) for side in (low, high))
     low[crossed], high[crossed] = kept
     return (low[0], high[0]) if single else (low, high)
+
+
+def esc_draw(name: str, escs: Sequence[Esc], volts: float | None) -> Draw:
+    """As ``Vehicle.draw``."""
+    currents = [esc.current for esc in escs if esc.current is not None]
+    if not currents or len(currents) < len(escs):
+        raise VehicleError(f"{name}: has no currents; add 'current' to 'esc' in its file", "esc")
+    if volts is not None and not 0.0 < volts < np.inf:
+        raise DemandError(f"volts: got {volts}, expected a number above 0 [V]")
+    at = np.array([-np.inf if volts is None else volts])
+    known = [0.0 if np.isnan(volts := _nominal(esc, at)[0]) else float(volts) for esc in escs]
+    return make_draw(tuple(currents), tuple(known))
 
 
 def _rows(

@@ -28,6 +28,7 @@ COLUMNS = {
     "N": ("n", "force (n)", "thrust (n)", "f [n]", "force [n]", "thrust [n]"),
     "kgf": ("kgf", "force (kg f)", "force (kgf)", "thrust (kgf)", "force [kgf]", "thrust [kgf]"),
     "volts": ("volts", "voltage", "voltage (v)", "volts [v]"),
+    "amps": ("amps", "current", "current (a)", "amps [a]", "current [a]"),
 }
 """Names that a column of a curve may have, in small letters; makers' own headers among them."""
 
@@ -52,45 +53,40 @@ def measured(keys: EscKeys, key: str = "esc") -> ThrustCurve | None:
     """The points of the file's curve as they were measured; None without one. Raises VehicleError."""
     if keys.curve is None:
         return None
-    if isinstance(keys.curve, str):
-        table = resources.files("alloc") / "vehicles" / f"{keys.curve}.csv"
-        if "/" in keys.curve or not table.is_file():
-            raise VehicleError(
-                f"{key}.curve: {keys.curve[:60]!r} is no shipped curve and no CSV; there are"
-                f" {', '.join(shipped_curves())}",
-                key,
-            )
-        by_volts = read_curve(Path(str(table)))
-    else:
-        by_volts = keys.curve
+    by_volts = read_curve(shipped_curve(keys.curve, key)) if isinstance(keys.curve, str) else keys.curve
+    return by_voltage(by_volts, keys.volts, f"{key}.curve", "N")
+
+
+def by_voltage(by_volts: Points, usual: float | None, key: str, unit: str) -> ThrustCurve:
+    """Points [command, unit] of a file, sorted; ``usual`` [V] is of a table without. Raises VehicleError."""
     # Single points at several voltages are one sweep under a battery that sags, which `escs` says of them.
     fewest = 2 if len(by_volts) == 1 else 1
+    owner = key.partition(".")[0]
     at: list[tuple[float, FloatArray]] = []
     for text, points in by_volts.items():
         try:
-            volts = float(text) if text else (np.nan if keys.volts is None else keys.volts)
+            volts = float(text) if text else (np.nan if usual is None else usual)
         except ValueError:
             volts = -1.0
         if not (np.isnan(volts) or 0 < volts < LARGEST_COMMAND):
-            raise VehicleError(f"{key}.curve: {text[:40]!r} is no voltage; give a number of volts", key)
+            raise VehicleError(f"{key}: {text[:40]!r} is no voltage; give a number of volts", owner)
         array = np.array(sorted(points), dtype=np.float64).reshape(-1, 2)
         if len(array) < fewest or not (np.abs(array) <= LARGEST_COMMAND).all():
             raise VehicleError(
-                f"{key}.curve: at {text or 'no'} V give two or more pairs [command, N], none beyond"
+                f"{key}: at {text or 'no'} V give two or more pairs [command, {unit}], none beyond"
                 f" {LARGEST_COMMAND:g}",
-                key,
+                owner,
             )
         if not (np.diff(array[:, 0]) > 0).all():
             twice = array[np.flatnonzero(np.diff(array[:, 0]) == 0)[0], 0]
             raise VehicleError(
-                f"{key}.curve: command {twice:g} stands twice at {text or 'no'} V; keep one, or their mean",
-                key,
+                f"{key}: command {twice:g} stands twice at {text or 'no'} V; keep one, or their mean", owner
             )
         at.append((volts, array))
     at.sort(key=lambda entry: entry[0])
     found = np.array([volts for volts, _ in at])
     if not at or (len(at) > 1 and not (np.diff(found) > 0).all()):
-        raise VehicleError(f"{key}.curve: give different voltages, each with its pairs [command, N]", key)
+        raise VehicleError(f"{key}: give different voltages, each with its pairs [command, {unit}]", owner)
     return ThrustCurve(found, tuple(points for _, points in at))
 
 
@@ -115,10 +111,30 @@ def shipped_curves() -> tuple[str, ...]:
     return tuple(sorted(f.name.removesuffix(".csv") for f in folder.iterdir() if f.name.endswith(".csv")))
 
 
+def shipped_curve(name: str, key: str = "esc") -> Path:
+    """The CSV of the shipped curve of that name; raises VehicleError."""
+    table = resources.files("alloc") / "vehicles" / f"{name}.csv"
+    if "/" in name or not table.is_file():
+        raise VehicleError(
+            f"{key}.curve: {name[:60]!r} is no shipped curve and no CSV; there are"
+            f" {', '.join(shipped_curves())}",
+            key,
+        )
+    return Path(str(table))
+
+
 def read_curve(path: Path) -> Points:
     """The points of a CSV with columns command, N or kgf, and volts, by voltage ("" without that column).
 
     Lines that begin with ``#`` are comments; further columns are left out. Raises FileError.
+    """
+    return read_columns(path)[0]
+
+
+def read_columns(path: Path) -> tuple[Points, Points]:
+    """The points [command, N] of a CSV, and those [command, A] of rows that have a number in a column amps.
+
+    Otherwise as ``read_curve``.
     """
     rows = [
         (line, [cell.strip() for cell in text.split(",")])
@@ -143,6 +159,8 @@ def read_curve(path: Path) -> Points:
     if len(rest) > MOST_POINTS:
         raise FileError(f"has more than {MOST_POINTS} rows; thin it out", path=path)
     found: Points = {}
+    currents: Points = {}
+    amps = next(iter(places["amps"]), None)
     for line, cells in rest:
         if any(cell.strip().isdigit() for cell in cells[len(header) :]):  # 1100,-3,5 below command,N
             raise FileError(
@@ -153,19 +171,23 @@ def read_curve(path: Path) -> Points:
         try:
             command, value = (float(cells[places[kind][0]]) for kind in ("command", force))
             volts = f"{float(cells[places['volts'][0]]):g}" if places["volts"] else ""
+            current = None if amps is None or not cells[amps] else float(cells[amps])
         except (ValueError, IndexError):
             raise FileError("a number is missing or is none; mend that row", path=path, line=line) from None
-        if not np.isfinite([command, value]).all():
+        if not np.isfinite([command, value, current or 0.0]).all():
             raise FileError("holds NaN or infinity; mend that row", path=path, line=line)
         found.setdefault(volts, []).append((command, value * (GRAVITY if force == "kgf" else 1.0)))
-    return found
+        if current is not None:
+            currents.setdefault(volts, []).append((command, current))
+    return found, currents
 
 
 def with_curve_read(keys: EscKeys, folder: Path) -> EscKeys:
-    """The keys with the points of a curve's CSV, whose path starts at ``folder``; raises FileError."""
+    """The keys with what a curve's CSV holds, whose path starts at ``folder``; raises FileError."""
     if not isinstance(keys.curve, str) or keys.curve in shipped_curves():
         return keys
-    return msgspec.structs.replace(keys, curve=read_curve(folder / keys.curve))
+    curve, currents = read_columns(folder / keys.curve)
+    return msgspec.structs.replace(keys, curve=curve, current=keys.current or dict(currents) or None)
 
 
 def sided(command: FloatArray, f: FloatArray, neutral: float) -> FloatArray:

@@ -13,6 +13,7 @@ from alloc.errors import VehicleError, unknown
 from alloc.files.keys import convert
 from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle import Vehicle
+from alloc.vehicle.current_file import read_cap, with_currents
 from alloc.vehicle.esc_file import LARGEST_COMMAND, escs, limits_of, voltage_table, with_curve_read
 from alloc.vehicle.geometry import DOF, contradictions, planar_matrix, pose_matrix, possible, refusals
 from alloc.vehicle.keys import EscKeys, Numbers, Planar, Rates, SurveyKeys, VehicleFile
@@ -121,7 +122,7 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
     H = np.diag(keys.weights or [1.0] * n) if keys.H is None else _rectangular("H", keys.H)
     names = _names(keys)
     f_min, f_max = (_said(keys, key, n) for key in ("f_min", "f_max"))
-    made = () if keys.esc is None else escs(keys.esc, n, names, f_min, f_max)
+    made = () if keys.esc is None else with_currents(escs(keys.esc, n, names, f_min, f_max), keys.esc)
     if f_min is None or f_max is None:
         low, high = limits_of(made)
         f_min, f_max = low if f_min is None else f_min, high if f_max is None else f_max
@@ -146,6 +147,7 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
         names=names,
         frame=keys.frame or "frd",
         esc=made,
+        cap=None if keys.cap is None else read_cap(keys.cap, keys.name, made, f_min, f_max),
     )
 
 

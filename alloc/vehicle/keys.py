@@ -10,6 +10,8 @@ from alloc.vehicle.frame import Frame
 
 Numbers = list[float]
 Points = dict[str, list[tuple[float, float]]]
+Currents = dict[str, float | list[tuple[float, float]]]
+"""A power law's numbers by name, or points [command, A] by voltage: YAML has mappings of one kind only."""
 
 
 class EscKeys(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
@@ -25,6 +27,8 @@ class EscKeys(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     curve : V: [[command, N], …]; or the path of a CSV with columns command, N or kgf, volts; or the name of
         a shipped one. Left out, thrust is linear from neutral to f_min and f_max
     volts : voltage where a call says none [V]
+    current : V: [[command, A], …] beside the curve; or ahead, astern [A/N^power] and power of a law; left
+        out, the column amps of the curve's CSV, where it has one
     """
 
     neutral: float
@@ -34,6 +38,21 @@ class EscKeys(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     dead_band: Literal["neutral", "jump"] = "neutral"
     curve: str | Points | None = None
     volts: float | None = None
+    current: Currents | None = None
+
+
+class CapKeys(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """Cap on what all thrusters draw together: amps or watts.
+
+    Attributes
+    ----------
+    amps, watts : what the supply gives [A], [W]
+    reserve : what everything else draws of it, in the same unit
+    """
+
+    amps: float | None = None
+    watts: float | None = None
+    reserve: float = 0.0
 
 
 class Planar(msgspec.Struct, forbid_unknown_fields=True):
@@ -127,6 +146,7 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     names : what people call each thruster, where ``thrusters`` does not say; "" for one without a name
     rank : intended rank of T where it is below k
     survey : how well poses, or T, are known; left out, 3 mm and 0.3 deg, or 1 % where T is no poses'
+    cap : on the current or the power of all thrusters together; needs ``current`` in ``esc``
     weak : auto, by ``survey``; or sigma / sigma_max up to which methods with a share leave a direction out
     notes : remarks, such as what an import assumed
     """
@@ -149,6 +169,7 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     slew: float | Numbers | Rates | None = None
     volts: dict[str, tuple[float | Numbers, float | Numbers]] | None = None
     esc: EscKeys | list[EscKeys] | None = None
+    cap: CapKeys | None = None
     priority: list[list[Axis]] = []
     groups: list[list[Axis]] = []
     names: list[str] | None = None

@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from alloc.allocation import FloatArray, IndexArray, real
 from alloc.errors import DemandError, VehicleError
+from alloc.vehicle.current import Cap, Draw
 from alloc.vehicle.degeneracy import RANK_TOLERANCE, independent
-from alloc.vehicle.esc import Esc, Sent, esc_commands, esc_limits, esc_thrusts
+from alloc.vehicle.esc import Esc, Sent, esc_commands, esc_draw, esc_limits, esc_thrusts
 from alloc.vehicle.frame import Frame, checked_frame, turned
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.limits import Interval, Slew, VoltageTable, check_slew, check_table, of_a_moment
@@ -119,6 +120,7 @@ class Vehicle:
     names : (n,) what people call each thruster, "" for one without a name; empty where none has one
     frame : of T and of every wrench: frd (x ahead, y to starboard, z down) or flu (x ahead, y to port, z up)
     esc : (n,) what stands between each thrust and the wire; empty where nothing says
+    cap : on what all thrusters draw together, for calls to be given; None where nothing says
     survey : how well the geometry is known
     weak_limit : sigma / sigma_max up to which a direction is weak; None where the survey decides
     units : (k,) lengths that rows of T count with; None where these are their own
@@ -146,6 +148,7 @@ class Vehicle:
     weak_limit: float | None = None
     units: FloatArray | None = None
     poses: FloatArray | None = None
+    cap: Cap | None = None
 
     def __post_init__(self) -> None:
         """Freeze private copies of the arrays; raise VehicleError where they describe no vehicle."""
@@ -365,6 +368,14 @@ class Vehicle:
         Commands beyond the range make what its end makes, NaN makes NaN. Raises as ``commands``.
         """
         return esc_thrusts(self.name, self.esc, commands, volts)
+
+    def draw(self, volts: float | None = None) -> Draw:
+        """The current of each thruster by its thrust, at a voltage [V]; left out, the nominal one.
+
+        ``vehicle.draw(12.0).amps(f)`` is (n,) or (N, n) [A]. Raises VehicleError where the file says no
+        currents, DemandError as ``commands``.
+        """
+        return esc_draw(self.name, self.esc, volts)
 
     def with_fault(self, thruster: int | str, readiness: float = 0.0) -> "Vehicle":
         """This vehicle with one thruster off, or weakened: p_ii = ``readiness`` (eq. 2).

@@ -1,0 +1,230 @@
+"""Current of thrusters by their thrust, convex on each side of rest, and a cap on what all draw together."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+
+from alloc.allocation import FloatArray, IndexArray
+from alloc.errors import DemandError, SolverError
+
+FAR = 1e15
+"""Thrust to which the outermost pieces of a table are extended [N]: none is ever larger."""
+LAW_PIECES = 40
+"""Straight pieces a side that stand in for a power law where a linear program is asked. On a BlueROV2-Heavy
+they take up to 4e-4 of the share that the law itself allows."""
+
+
+class Pieces(NamedTuple):
+    """Current that is linear between thrusts, and convex.
+
+    Attributes
+    ----------
+    f : (p,) rising, 0 among them, from -FAR to FAR [N]
+    amps : (p,) the current at each [A]
+    """
+
+    f: FloatArray
+    amps: FloatArray
+
+    def draws(self, f: FloatArray) -> FloatArray:
+        """Current of each thrust [A]."""
+        return np.interp(f, self.f, self.amps)
+
+    def slopes(self, f: FloatArray) -> FloatArray:
+        """Slope of the current at each thrust, to its right where two pieces meet [A/N]."""
+        piece = np.clip(np.searchsorted(self.f, f, side="right") - 1, 0, len(self.f) - 2)
+        slopes: FloatArray = (np.diff(self.amps) / np.diff(self.f))[piece]
+        return slopes
+
+    def pieces(self, f_min: float, f_max: float) -> "Pieces":
+        """The same current."""
+        return self
+
+
+class PowerLaw(NamedTuple):
+    """Current a |f|^p of thrust f, alike at every voltage.
+
+    Attributes
+    ----------
+    ahead, astern : a for f above and below 0 [A/N^p]
+    power : p, at least 1 [-]
+    """
+
+    ahead: float
+    astern: float
+    power: float
+
+    def draws(self, f: FloatArray) -> FloatArray:
+        """Current of each thrust [A]."""
+        current: FloatArray = np.where(f < 0, self.astern, self.ahead) * np.abs(f) ** self.power
+        return current
+
+    def slopes(self, f: FloatArray) -> FloatArray:
+        """Slope of the current at each thrust [A/N]."""
+        slopes: FloatArray = (
+            np.where(f < 0, -self.astern, self.ahead) * self.power * np.abs(f) ** (self.power - 1)
+        )
+        return slopes
+
+    def pieces(self, f_min: float, f_max: float) -> Pieces:
+        """``LAW_PIECES`` chords a side within the limits [N]; they lie on the law and above it."""
+        # Squared steps: the law bends most next to rest.
+        steps = np.linspace(0.0, 1.0, LAW_PIECES + 1) ** 2
+        f = np.concatenate([min(f_min, -1.0) * steps[:0:-1], max(f_max, 1.0) * steps])
+        return _extended(f, self.draws(f))
+
+    def at(self, volts: float) -> "PowerLaw":
+        """The same law."""
+        return self
+
+
+@dataclass(frozen=True, eq=False)
+class CurrentTable:
+    """Measured current, at each thrust linear between the voltages.
+
+    Attributes
+    ----------
+    volts : (m,) rising [V]; (1,) NaN where none is known
+    measured : (p, 2) thrust and current at each of them, thrusts rising, 0 among them [N, A]
+    """
+
+    volts: FloatArray
+    measured: tuple[FloatArray, ...]
+
+    @cached_property
+    def convex(self) -> tuple[Pieces, ...]:
+        """Convex currents, nowhere below the measured points."""
+        return tuple(_extended(f, _raised(f, amps)) for f, amps in (points.T for points in self.measured))
+
+    def at(self, volts: float) -> Pieces:
+        """The current at a voltage [V], beyond those of the table that of the nearest."""
+        if len(self.volts) == 1 or volts <= self.volts[0]:
+            return self.convex[0]
+        if volts >= self.volts[-1]:
+            return self.convex[-1]
+        i = int(np.searchsorted(self.volts, volts, side="right")) - 1
+        share = (volts - self.volts[i]) / (self.volts[i + 1] - self.volts[i])
+        below, above = self.convex[i], self.convex[i + 1]
+        f = np.union1d(below.f, above.f)
+        # The sum of convex functions is convex.
+        return Pieces(f, (1.0 - share) * below.draws(f) + share * above.draws(f))
+
+
+Current = PowerLaw | CurrentTable
+
+
+def _extended(f: FloatArray, amps: FloatArray) -> Pieces:
+    """The pieces through points f (p,) [N] and amps (p,) [A], the outermost of them as far as FAR."""
+    first, last = ((amps[i + 1] - amps[i]) / (f[i + 1] - f[i]) for i in (0, -2))
+    ends = amps[0] + first * (-FAR - f[0]), amps[-1] + last * (FAR - f[-1])
+    if f[0] == 0.0:  # nothing was measured astern: none is given away
+        ends = FAR * abs(last), ends[1]
+    if f[-1] == 0.0:
+        ends = ends[0], FAR * abs(first)
+    return Pieces(np.concatenate([[-FAR], f, [FAR]]), np.concatenate([ends[:1], amps, ends[1:]]))
+
+
+def _raised(f: FloatArray, amps: FloatArray) -> FloatArray:
+    """Amps (p,) raised to the convex curve of least sum that lies nowhere below them; at rest they stay.
+
+    Each side is a linear program of its own.
+    """
+    rest = int(np.flatnonzero(f == 0.0)[0])
+    astern = _raised_side(-f[rest::-1], amps[rest::-1])[::-1]
+    ahead = _raised_side(f[rest:], amps[rest:])
+    return np.concatenate([astern[:-1], ahead])
+
+
+def _raised_side(f: FloatArray, amps: FloatArray) -> FloatArray:
+    """``_raised`` of points from rest outwards."""
+    slopes = np.diff(amps) / np.diff(f)
+    if (np.diff(slopes, prepend=0.0) >= 0.0).all():
+        return amps
+    from scipy.optimize import linprog
+
+    p, steps = len(f), np.diff(f)
+    rises = np.zeros((p - 1, p))
+    rises[range(p - 1), range(p - 1)], rises[range(p - 1), range(1, p)] = -1.0 / steps, 1.0 / steps
+    falls = -np.diff(rises, axis=0, prepend=np.zeros((1, p)))
+    bounds = [(x, x if i == 0 else None) for i, x in enumerate(amps)]
+    found = linprog(np.ones(p), A_ub=falls, b_ub=np.zeros(p - 1), bounds=bounds, method="highs")
+    if found.x is None:
+        raise SolverError(f"HiGHS gave up on the convex current: {found.message}")
+    # HiGHS meets rows to 1e-7: what it leaves of a bend is taken from the slopes.
+    raised = np.maximum(found.x, amps)
+    bent = np.maximum.accumulate(np.diff(raised) / steps)
+    return np.concatenate([raised[:1], raised[0] + np.cumsum(bent * steps)])
+
+
+class Draw(NamedTuple):
+    """Current of n thrusters at one voltage.
+
+    Attributes
+    ----------
+    groups : the curves, each with the thrusters that have it
+    """
+
+    groups: tuple[tuple[Pieces | PowerLaw, IndexArray], ...]
+
+    def amps(self, f: FloatArray) -> FloatArray:
+        """Current (…, n) of each thruster at thrusts (…, n) [A]."""
+        if len(self.groups) == 1:
+            return self.groups[0][0].draws(f)
+        current = np.empty(f.shape)
+        for curve, columns in self.groups:
+            current[..., columns] = curve.draws(f[..., columns])
+        return current
+
+    def slopes(self, f: FloatArray) -> FloatArray:
+        """Slope (…, n) of each thruster's current at thrusts (…, n) [A/N]."""
+        slopes = np.empty(f.shape)
+        for curve, columns in self.groups:
+            slopes[..., columns] = curve.slopes(f[..., columns])
+        return slopes
+
+
+@lru_cache(maxsize=256)
+def make_draw(currents: Sequence[Current], volts: Sequence[float]) -> Draw:
+    """The currents of n thrusters, each at its voltage [V]."""
+    alike: dict[tuple[int, float], list[int]] = {}
+    for i, (current, at) in enumerate(zip(currents, volts, strict=True)):
+        alike.setdefault((id(current), at), []).append(i)
+    return Draw(tuple((currents[c[0]].at(volts[c[0]]), np.array(c, dtype=np.intp)) for c in alike.values()))
+
+
+class Cap(NamedTuple):
+    """Cap of a vehicle's file on what its thrusters draw together.
+
+    Attributes
+    ----------
+    most : of the supply [A], or [W] with ``of_power``
+    reserve : what everything else draws of it, in the same unit
+    of_power : whether both are watts
+    """
+
+    most: float
+    reserve: float = 0.0
+    of_power: bool = False
+
+    def amps(self, volts: float | None = None) -> float:
+        """Amperes left for the thrusters; raises DemandError for watts without a voltage [V]."""
+        left = self.most - self.reserve
+        if not self.of_power:
+            return left
+        if volts is None or not 0.0 < volts < inf:
+            raise DemandError(f"volts: got {volts}, expected a number above 0, since the cap is in watts [V]")
+        return left / volts
+
+
+def checked_cap(cap: float) -> float:
+    """A cap of a call [A]; raises DemandError unless it is a finite number, 0 or more."""
+    try:
+        if 0.0 <= float(cap) < inf:
+            return float(cap)
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise DemandError(f"cap: got {cap!r:.60}, expected a finite number of amperes, 0 or more")
