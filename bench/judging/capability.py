@@ -27,6 +27,7 @@ from bench.judging.judge import judge, rounded
 from bench.judging.last_metre import last_metre
 from bench.judging.loss import direction_error_deg, relative_wrench_error
 from bench.judging.question import Answers, Ask, Question, Unanswered, questions
+from bench.judging.unannounced import announced_costs, failure_costs
 from bench.judging.weak import axis_costs
 from bench.record import SERVED_WITHIN, Authority, Capability, Curve, Loss, Plane, Served, Unserved
 
@@ -246,9 +247,11 @@ def measure_capabilities(
     made: list[tuple[Capability, CapabilityQuestions]] = []
     for vehicle in vehicles:
         try:
-            made.append((_without_methods(vehicle, seed), _asked(vehicle, seed, n)))
+            capability, asked = _without_methods(vehicle, seed), _asked(vehicle, seed, n)
         except NotApplicable:
             continue
+        capability.failure_costs += announced_costs(vehicle, asked.states[0][1].demands.taus)
+        made.append((capability, asked))
     if not made:
         return []
     for method in methods:
@@ -321,6 +324,8 @@ def _add(
             vehicle, taus = question.demands.vehicle, question.demands.taus
             error = _wrench_error(vehicle, taus, answer.F)
             corners = None
+            if fault is None:
+                capability.failure_costs += failure_costs(vehicle, method, taus, answer.F)
             if fault is None and asked.corners and isinstance(of_corners, Answers):
                 corners = worst_loss(vehicle, asked.corners.taus, of_corners.F)
             capability.served.append(

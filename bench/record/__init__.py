@@ -32,6 +32,7 @@ from bench.record.schema import (
     ProcessorFacts,
     Worker,
 )
+from bench.record.unannounced import FailureCost
 
 __all__ = [
     "FARTHER",
@@ -49,6 +50,7 @@ __all__ = [
     "Curve",
     "Emulated",
     "Event",
+    "FailureCost",
     "Header",
     "Judged",
     "Key",

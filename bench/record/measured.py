@@ -6,6 +6,8 @@ from typing import Annotated
 
 import msgspec
 
+from bench.record.unannounced import FailureCost
+
 Count = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
 """A number of calls or of ns, up to where doubles count one by one; another one is a damaged file's."""
 FARTHER = "farther from the optimum than promised"
@@ -387,6 +389,7 @@ class Capability(msgspec.Struct, tag="capability", kw_only=True, omit_defaults=T
     curves : wrench error over the size of the demand
     planes : sections to draw
     weak_costs : what methods make along each axis; empty for a vehicle without weak directions
+    failure_costs : of failures, announced and not; empty for a vehicle with one thruster
     """
 
     vehicle: str
@@ -400,6 +403,7 @@ class Capability(msgspec.Struct, tag="capability", kw_only=True, omit_defaults=T
     names: list[str] = []
     last_metre: list[LastMetre] = []
     weak_costs: list[AxisCost] = []
+    failure_costs: list[FailureCost] = []
 
     def __post_init__(self) -> None:
         """Raise ValueError, which the reader names with its line, where an axis lacks its ends."""

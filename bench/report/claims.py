@@ -51,6 +51,12 @@ CLAIMS = (
     ),
     SetClaim(r"worst of [\d,]+ demands drawn .* up to", DRAWN, "largest loss and turn", "Served.sample"),
     SetClaim(
+        r"Worst of [\d,]+ demands drawn evenly, with .* and nobody told",
+        DRAWN,
+        "least share delivered along a demand, largest turn",
+        "FailureCost.n_demands",
+    ),
+    SetClaim(
         r"n the \d+ demands asked.* up to", "each vehicle's first set, and logs", "largest loss", "n_demands"
     ),
     SetClaim(r"Every timed answer was judged", ROWS, "rows by verdict", "Run.rows"),

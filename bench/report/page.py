@@ -5,7 +5,7 @@ from pathlib import Path
 
 from alloc import AllocError
 from bench.record import RecordError
-from bench.report.sections import capability, cost, emulation, facts, headline, losses, weak
+from bench.report.sections import capability, cost, emulation, facts, headline, losses, unannounced, weak
 from bench.results.columns import Row
 from bench.results.ranking import best_rows, loss_text, representatives, served_text, shortlist
 from bench.results.rows import Run
@@ -29,6 +29,7 @@ REST: tuple[Section, ...] = (
     losses.moving,
     losses.mission,
     capability.capability,
+    unannounced.unannounced,
     facts.agreement,
     capability.last_metre,
     cost.tails,

@@ -21,12 +21,12 @@ def draw_all(run: Run, directory: Path) -> frozenset[str]:
     """Save every picture of a run into the folder, and remove an earlier run's; returns the files' names."""
     import matplotlib as mpl
 
-    from bench.report.pictures import methods, vehicles
+    from bench.report.pictures import methods, unannounced, vehicles
     from bench.report.pictures.style import SETTINGS, ignore_missing_letters, save
 
     of_run: list[Callable[..., Any]] = [methods.growth, methods.overview]
     of_vehicle: list[Callable[..., Any]] = [methods.cost, methods.pareto, methods.period, methods.tails]
-    of_vehicle += [vehicles.error, vehicles.last_metre, vehicles.reach]
+    of_vehicle += [vehicles.error, vehicles.last_metre, vehicles.reach, unannounced.unannounced]
     drawn = set()
     for make in of_run + of_vehicle:
         kind = make.__name__.replace("_", "-")

@@ -17,7 +17,7 @@ from alloc import build, list_vehicles, load_vehicle
 from alloc.allocation import WRENCH_TOLERANCE
 from alloc.reach.volumes import uniform_demands
 from bench.judging.capability import limit_wrenches, worst_loss
-from bench.record import PACKED, Judged, Key, Line
+from bench.record import PACKED, FailureCost, Judged, Key, Line
 from bench.report.claims import CLAIMS, SetClaim
 from bench.report.page import details, page
 from bench.report.sizes import page as size_page
@@ -58,6 +58,11 @@ LOG = msgspec.structs.replace(
 MISSION = msgspec.structs.replace(problem("ukwial"), rate_hz=100.0)
 FLAT = msgspec.structs.replace(made_up.capability().authority[0], fault=1, rank=1, condition=None)
 SINGULAR = msgspec.structs.replace(made_up.capability().authority[0], fault=0, condition=4321.0)
+COST = FailureCost(
+    failure="off", method="pinv", n_demands=500, thrusters=[0, 1],
+    share_p50=[0.8, 0.7], share_min=[0.3, -0.1],
+    turned_p50_deg=[20.0, 10.0], turned_max_deg=[90.0, None], worst=[[1.0, 0.0, 0.5], [0.0, 2.0, 0.0]],
+)  # fmt: skip
 HALVES = [msgspec.structs.replace(p, demands=name, n_demands=60, rate_hz=100.0, left_out=2940)
           for p, name in ((problem("ukwial"), "mission"), (problem("ukwial-f2", whole="ukwial", fault=2),
                                                           "mission-fault"))]  # fmt: skip
@@ -78,6 +83,8 @@ RUNS: dict[str, list[Line]] = {
                                   made_up.capability(served=[served("scaled", 0.0, older=True)])],
     "after failures": [problem("ukwial"), lossy("clip", 0.2),
                        made_up.capability(authority=[made_up.capability().authority[0], FLAT, SINGULAR])],
+    "failures that nobody announces": [problem("ukwial"), lossy("clip", 0.2),
+                                       made_up.capability(failure_costs=[COST])],
     "wrong": [problem("ukwial"), lossy("clip", 0.2, wrong="wrench missed", agrees=False),
               cell("qp/gone", status="crashed", reason="signal 11", batches=[], singles=[], judged=None)],
     "flight": [*HALVES, *(cell("clip", key=Key(p.vehicle, p.demands, "clip")) for p in HALVES)],
