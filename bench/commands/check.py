@@ -21,14 +21,27 @@ TITLE = "drawn by thrustbench check"
 @click.argument("vehicle", metavar="VEHICLE.yaml")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of a table; no picture.")
 @click.option("--probe", is_flag=True, help="What each thruster alone should do, to be ticked at the pool.")
+@click.option("--failures", is_flag=True, help="Failures that show, look alike, and demands to tell them.")
+@click.option("--noise", default="", metavar="N,…", help="Of a measured wrench, one number or one a DOF.")
+@click.option("-o", "--output", type=PATH, help="With --failures: the demands to fly, as CSV.")
 @click.option("--picture", type=PATH, metavar="FILE", help="An .svg, .pdf or .png [<vehicle>.svg, here].")
 @click.option("--no-picture", is_flag=True, help="Draw nothing.")
-def command(vehicle: str, as_json: bool, probe: bool, picture: Path | None, no_picture: bool) -> int:
+def command(
+    vehicle: str,
+    as_json: bool,
+    probe: bool,
+    failures: bool,
+    noise: str,
+    output: Path | None,
+    picture: Path | None,
+    no_picture: bool,
+) -> int:
     """Say what is odd about a vehicle file, and draw the vehicle.
 
     Errors (exit code 2), warnings, and what each failure costs. What commands make is drawn where it has
     'esc', as <vehicle>-esc.svg. With --probe the table of the pool is drawn too, as <vehicle>-probe.svg and
-    .pdf beside the drawing.
+    .pdf beside the drawing. With --failures: the smallest loss of each thruster that shows, pairs that look
+    alike, and demands to fly that tell the others apart, given the noise of a wrench [N, N m].
     """
     from alloc.lint.check import check_vehicle
     from alloc.lint.probe import as_text, probes
@@ -37,6 +50,10 @@ def command(vehicle: str, as_json: bool, probe: bool, picture: Path | None, no_p
 
     if picture is not None and picture.suffix.lower() not in (".svg", ".pdf", ".png"):
         raise click.UsageError(f"--picture {picture}: name a file that ends in .svg, .pdf or .png")
+    if not failures and (noise or output):
+        raise click.UsageError("--noise and -o are of --failures; give that too")
+    if failures and as_json:
+        raise click.UsageError("--failures is text, and a CSV with -o; leave out --json")
     report = check_vehicle(vehicle)
     drawn, mounting = _read(report.path) if report.facts is not None else (None, None)
     tried = probes(drawn) if probe and drawn is not None else None
@@ -45,6 +62,8 @@ def command(vehicle: str, as_json: bool, probe: bool, picture: Path | None, no_p
         echo(line)
     if tried is not None and not as_json:
         echo(as_text(tried))
+    if failures and drawn is not None:
+        echo(_isolation(drawn, noise, output))
     if drawn is not None and mounting is not None and (picture or not (as_json or no_picture)):
         for line in _pictures(report.path, drawn, mounting, picture, probe):
             echo(line, err=as_json)
@@ -67,6 +86,22 @@ def _read(file: Path) -> "tuple[Vehicle, Mounting]":
     keys = read_document(file).keys
     T, _ = matrices(keys)
     return vehicle_with(keys, T), poses(keys, T)
+
+
+def _isolation(vehicle: "Vehicle", noise: str, output: Path | None) -> str:
+    """Failures that can be told apart, in lines; the demands to fly go into the output."""
+    import numpy as np
+
+    from alloc.files.textfile import write_text
+    from alloc.lint.isolation import as_text, isolation
+    from bench.inputs.demand_csv import format_demands, parse_scale, scale_factors
+
+    stated = parse_scale(noise, "--noise")
+    found = isolation(vehicle, scale_factors(stated, vehicle.dof, "--noise") if stated else None)
+    if output is not None:
+        taus = np.array([trial.tau for trial in found.trials]).reshape(-1, vehicle.k)
+        write_text(output, format_demands(None, taus, vehicle.dof, frame=vehicle.frame))
+    return as_text(vehicle, found)
 
 
 def _pictures(

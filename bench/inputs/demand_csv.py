@@ -258,23 +258,23 @@ def format_demands(
     return frame_comment(frame) + csv_text(header, np.column_stack(table).tolist())
 
 
-def parse_scale(text: str) -> tuple[float, ...]:
+def parse_scale(text: str, option: str = "--scale") -> tuple[float, ...]:
     """Factors from ``"200"``, one for all DOF, or ``"200,200,50"``, one each; raises DemandError."""
     cells = text.split(",") if text else []
     factors = tuple(float(cell) for cell in cells if is_number(cell))
     # 0 would ask for nothing, and a sign is the frame's.
     if len(factors) < len(cells) or not all(factor > 0 for factor in factors):
         raise DemandError(
-            f"--scale {text[:60]!r}: give one number above 0, or one for each DOF, as in 200,200,50"
+            f"{option} {text[:60]!r}: give one number above 0, or one for each DOF, as in 200,200,50"
         )
     return factors
 
 
-def scale_factors(scale: Sequence[float], dof: Sequence[str]) -> FloatArray:
+def scale_factors(scale: Sequence[float], dof: Sequence[str], option: str = "--scale") -> FloatArray:
     """The factor (k,) of each DOF, 1 without any; raises DemandError for another number of them."""
     if len(scale) not in (0, 1, len(dof)):
         raise DemandError(
-            f"--scale has {len(scale)} factors, expected one, or one for each of {', '.join(dof)}"
+            f"{option} has {len(scale)} factors, expected one, or one for each of {', '.join(dof)}"
         )
     return np.array(np.broadcast_to(scale or 1.0, len(dof)), dtype=np.float64)
 
