@@ -233,7 +233,7 @@ def _shadowed(path: Path, names: Iterable[str]) -> str:
 
 
 PROMISES = ("formulation", "limited", "tolerance")
-"""What an allocator promises, and its answers are held to."""
+"""Promises of an allocator, to which its answers are held."""
 
 
 def _built(path: Path, module: ModuleType, vehicle: Vehicle, **options: Any) -> Allocator:

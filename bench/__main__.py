@@ -14,7 +14,7 @@ import click
 import bench.commands
 
 REPEATED = " Repeatable."
-"""What ``--help`` says of an option that may be given more than once."""
+"""Note in ``--help`` on an option that may be given more than once."""
 
 
 NAMED = ("vehicle", "method")

@@ -77,7 +77,7 @@ def structure(name: str) -> tuple[object, ...]:
 
 
 FIRST = {structure(name): name for name in reversed(list_vehicles())}
-"""Of the shipped vehicles that share a structure, the first."""
+"""The first of the shipped vehicles that share a structure."""
 SOLVERS_SEE = ("bluerov2", "supply-vessel")
 """The vehicles that solvers are asked about: T without full rank, and a null space of three dimensions."""
 

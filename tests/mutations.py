@@ -12,7 +12,7 @@ NUMBERS = (
     *("nan", "inf", "-inf", "1e308", "-1e308", "1e-320", "1e400", "0", "-0.0", "-1", "1", "2", "0.5", "1e16"),
     *("9223372036854775808", "-99999999999999999999999", "1_000", "0x1f", "1.5.2", "true", "null", "''"),
 )
-"""What is put in a number's place: beyond each type's range, on its edge, or no number at all."""
+"""Values put in a number's place: beyond each type's range, on its edge, or no number at all."""
 PIECES = (
     *(
         b"\0",
@@ -34,7 +34,7 @@ PIECES = (
     ),
     *(b"&a ", b"*a", b"!!str ", b"<<: ", b"%", b"\\", b"\xe2\x80\xa8", "\u202e".encode(), b"  ", b"\x1b[2J"),
 )
-"""What is put between bytes: separators, brackets, YAML's and JSON's signs, line ends that are none."""
+"""Bytes put between others: separators, brackets, YAML's and JSON's signs, line ends that are none."""
 WORDS = (
     struct.pack("<d", np.nan),
     struct.pack("<d", 1e308),
@@ -42,11 +42,11 @@ WORDS = (
     b"\xff" * 8,
     bytes(8),
 )
-"""What is put over bytes in binary files: numbers beyond any range, lengths beyond the file."""
+"""Bytes put over others in binary files: numbers beyond any range, lengths beyond the file."""
 VALUES: tuple[Any, ...] = (
     *(None, True, -1, 0, 1, 2**63, 1e308, -1e308, 0.5, "", "x", "1e5", [], [[]], {}, [None]),
 )
-"""What is put in the place of a value of a JSON document."""
+"""Values put in the place of a value of a JSON document."""
 
 _NUMBER = re.compile(rb"-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 _WORD = re.compile(rb"[A-Za-z_]\w*")

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 _NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[-+]?\d+)?", re.IGNORECASE)
 _NAME = re.compile(r"(?<=url\(#)[\w-]+")
 PIXEL = Decimal("0.01")
-"""How far a coordinate of a picture may move [px]: nobody sees it, and rounding moves one by 1e-6."""
+"""Most that a coordinate of a picture may move [px]: nobody sees it, and rounding moves one by 1e-6."""
 
 
 def differences(made: str, kept: str, svg: bool = False) -> list[str]:

@@ -18,7 +18,7 @@ REMEDY = "install a C compiler and Python's headers (Debian: apt install gcc pyt
 STANDARD = ("-std=c99", "-ffp-contract=off")
 """ISO C, and a * b + c never fused, so that every machine rounds as Python does."""
 NATIVE = ("-march=native", *(("-mno-avx512f",) if machine().lower() in ("x86_64", "amd64") else ()))
-"""What makes a compiler use the instructions of the processor that it runs on, all but AVX-512's.
+"""Compiler options for the instructions of the processor that it runs on, all but AVX-512's.
 
 Valgrind, which counts instructions for the gate, does not know those.
 """

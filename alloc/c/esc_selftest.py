@@ -13,14 +13,14 @@ from alloc.vehicle.esc import Made, Sent
 
 CASES = 96
 ROUNDING: dict[Scalar, float] = {"double": 1e-12, "float": 1e-5}
-"""What rounding may move a thrust by, relative to the largest that a curve makes [-]: where that changes a
+"""Most that rounding moves a thrust by, relative to the largest that a curve makes [-]: where that changes a
 command, two commands are as near, and the case is not asked."""
 SHARES = (1.2, 0.3, 0.05)
 """Largest thrusts that are asked, relative to the vehicle's largest limit: beyond the end, usual, small."""
 AT_LIMITS = 0.5
 """Share of the thrusts of some cases that lie at a limit [-]."""
 MOVED = np.array([(0, 0, 0), (1, 0, 0), (-1, 0, 0), (0, 1, 1), (0, -1, -1), (0, 1, -1), (0, -1, 1)])
-"""What a case is asked with: thrusts, lower and upper limits as they are, and moved by rounding."""
+"""Factors of a case's arguments: thrusts, lower and upper limits as they are, and moved by rounding."""
 
 
 def esc_selftest(target: Target) -> str:

@@ -76,7 +76,7 @@ class Tables:
 
     @property
     def knots(self) -> int:
-        """How many knots all curves have."""
+        """Number of knots of all curves."""
         return sum(len(curve.steps) for curve in self.curves)
 
 

@@ -120,14 +120,14 @@ _DIVIDED = """
  *
  * Limits that leave no margin divide by zero, as IEEE 754 has it: x / 0 is infinite and the share 0, and
  * 0 / 0 is NaN, which the maximum leaves out. So the FPU may not trap these two."""
-"""What -fsanitize=float-divide-by-zero tells of; to keep it from zero would cost an operation a facet."""
+"""Note on what -fsanitize=float-divide-by-zero reports; to prevent it would cost an operation a facet."""
 
 _STATUSES = f"""\
 #ifndef THRUSTBENCH_STATUSES
 #define THRUSTBENCH_STATUSES
 enum {{ {", ".join(f"{word} = {value}" for value, word in STATUSES.items())} }};
 #endif"""
-"""What all functions return, once in a translation unit."""
+"""Names of the statuses that functions return, once in a translation unit."""
 
 
 def _source(target: Target, made: Mapping[int, Program]) -> str:

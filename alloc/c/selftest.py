@@ -17,7 +17,7 @@ from alloc.reach.edge import start
 from alloc.vehicle import Vehicle
 
 UNTOUCHED = 12345.0
-"""What f is filled with before a call; a kernel that finds no thrust must leave it there."""
+"""Fill of f before a call; a kernel that finds no thrust must leave it there."""
 AGREEMENT: dict[Scalar, float] = {"double": 1e-12, "float": 1e-5}
 """|f - expected| that every case may have, relative to the largest limit: rounding of a few dozen terms."""
 ROUNDING: dict[Scalar, float] = {"double": 2.5e-14, "float": 1e-6}

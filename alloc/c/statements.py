@@ -22,7 +22,7 @@ from alloc.program import (
 from alloc.program.literal import number
 
 NO_SUCH_FAULT = -1
-"""What a kernel returns for a fault that it has no code for."""
+"""Status of a kernel for a fault that it has no code for."""
 STATUSES = {
     0: "TB_SOLVED",
     1: "TB_PARTIAL",
@@ -30,7 +30,7 @@ STATUSES = {
     NO_SUCH_FAULT: "TB_NO_SUCH_FAULT",
     -2: "TB_NOT_FINITE",
 }
-"""What C calls the statuses."""
+"""Names of the statuses in C."""
 BINARY = {
     "add": ("+", 4), "sub": ("-", 4), "mul": ("*", 5), "div": ("/", 5),
     "lt": ("<", 3), "le": ("<=", 3), "gt": (">", 3), "ge": (">=", 3), "eq": ("==", 3), "ne": ("!=", 3),
@@ -39,7 +39,7 @@ BINARY = {
 """C's operator of an operation, and how tightly it binds."""
 CONDITIONS = ("lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not", "finite")
 ALONE, SIGNED, CONDITION, TERNARY = 7, 6, 2, 0
-"""How tightly a name or a call binds, a sign, what a ternary asks (with brackets around & and |,
+"""Precedences of a name or a call, a sign, the condition of a ternary (with brackets around & and |,
 without which Clang warns), and a ternary."""
 
 
@@ -106,7 +106,7 @@ class Statements:
         self.finish()
 
     refused = ""
-    """What stands before the status in a form that leaves nowhere but at its end."""
+    """Text before the status in a form that leaves nowhere but at its end."""
 
     def finish(self) -> None:
         """The last statement."""

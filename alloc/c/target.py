@@ -20,7 +20,7 @@ NOT_FINITE = -2
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Recipe:
-    """How one method becomes C.
+    """Functions that make C of one method.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Recipe:
         return find_formulation(self.formulation).subject(vehicle)
 
     def levels(self, vehicle: Vehicle) -> int:
-        """How many shares the C function writes behind f."""
+        """Number of shares that the C function writes behind f."""
         return self.program(vehicle).size("share")
 
     @property
@@ -122,7 +122,7 @@ class Target:
 
     @property
     def levels(self) -> int:
-        """How many shares the C function writes behind f."""
+        """Number of shares that the C function writes behind f."""
         return self.method.levels(self.vehicle)
 
     @property

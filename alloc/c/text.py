@@ -202,7 +202,7 @@ SINGLE = """\
      (defined __ARM_ARCH_PROFILE && __ARM_ARCH_PROFILE == 'M' && (__ARM_ARCH >= 8 || (__ARM_FP & 8))) || \\
      defined __ARM_FPV5__ || defined THRUSTBENCH_FPV5)
 """
-"""Whether the FPU has a minimum and a maximum of doubles, and of floats."""
+"""C test for an FPU with a minimum and a maximum of doubles, and of floats."""
 SIGNS = {"least": "<", "most": ">"}
 
 

@@ -20,7 +20,7 @@ KINDS = {
     "object": ("keys with values", dict),
     "null": ("nothing", type(None)),
 }
-"""What msgspec calls a value, in words, and its type."""
+"""A type by msgspec's name for it: its name in words, and the type."""
 
 
 def convert(

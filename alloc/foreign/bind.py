@@ -23,7 +23,7 @@ VERSION = 1
 SCALARS: dict[int, type[np.floating]] = {0x100 * VERSION + 8: np.float64, 0x100 * VERSION + 4: np.float32}
 """Type of a library's numbers by what its ``tba_interface`` returns."""
 WALL, STONE = 4, -1.2345678e30
-"""How many numbers lie around each array that a library gets, and which number."""
+"""Count and value of the guard numbers around each array that a library gets."""
 MOST = 200
 """Most characters of a library's own text that are repeated."""
 

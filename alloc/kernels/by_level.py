@@ -26,7 +26,7 @@ MEANINGS = RULE | {
     0: "f makes tau, inside the limits, with the least effort",
     1: "f lies inside the limits and makes a part of tau, with the least effort; share says how much",
 }
-"""What each value that the C function of such a method returns means."""
+"""Meaning of each value that the C function of such a method returns."""
 
 
 def by_level(

@@ -18,7 +18,7 @@ from alloc.vehicle.condition import magnified, wrench_doubt
 RANK: dict[Scalar, float] = {"double": RANK_TOLERANCE, "float": 1e-5}
 """Length of a row below which it is rounding, relative to what it was before any froze [-]."""
 DOUBT: dict[Scalar, float] = {"double": 1e-5, "float": 1e-2}
-"""What rounding may take of the thrusts, relative to the largest limit [-]; more is refused."""
+"""Most that rounding may take of the thrusts, relative to the largest limit [-]; more is refused."""
 EACH = 8
 """Roundings of a Gram-Schmidt process for each thruster, as ``alloc.vehicle.condition`` counts them."""
 

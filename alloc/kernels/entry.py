@@ -17,7 +17,7 @@ NOT_FINITE = -2
 Excess = list[tuple[Expression, float]]
 """Values, each with what it may be at most."""
 Place = tuple[int, int]
-"""What depends on tau: (level, i) for the step of thruster i that a level takes, (TAU, j) for tau[j]."""
+"""A value that depends on tau: (level, i), the step of thruster i that a level takes, or (TAU, j), tau[j]."""
 TAU = -1
 
 

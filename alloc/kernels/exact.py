@@ -107,7 +107,7 @@ def pieces(
 
 
 def _beyond(i: int, x: dict[int, Expression], limits: Limits, slack: float) -> Excess:
-    """How far a thruster that no z moves lies beyond limits and slack, each at most zero if it is met."""
+    """Excess of a thruster that no z moves over limits and slack, each at most zero if it is met."""
     low, high = limits.ends(i, wider=slack)
     return [(low - x[i], 0.0), (x[i] - high, 0.0)]
 

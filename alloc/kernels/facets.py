@@ -89,7 +89,7 @@ def alike(pairs: list[int], along: FloatArray) -> list[list[tuple[int, bool]]]:
 def steps_along(
     push: FloatArray, steps: dict[int, Expression], products: dict[int, Terms], name: str
 ) -> list[Terms]:
-    """How far a step goes along each normal, push d: each row's terms.
+    """Length of a step along each normal, push d: each row's terms.
 
     They are sums of the ``steps`` d of thrusters, or of the products that each d adds up (if all of them do),
     whichever is shorter.

@@ -22,7 +22,7 @@ from alloc.reach.edge import start
 from alloc.vehicle import Vehicle
 
 INSET = (1 / 4, 1 / 8, 1 / 16, 1 / 32, 1 / 64)
-"""How far inside the limits thrusts at rest shall lie, of their width, tried in turn."""
+"""Distances from the limits at which thrusts at rest shall lie, as shares of their width, tried in turn."""
 NARROW = 1e-20
 """A room that is smaller than this share of the largest limit is none."""
 HUGE = 1e18
@@ -30,7 +30,7 @@ HUGE = 1e18
 
 
 class Gap(NamedTuple):
-    """How far thrusts lie beyond limits.
+    """Distances of thrusts beyond limits.
 
     Attributes
     ----------
@@ -155,7 +155,7 @@ def _missed(builder: Builder, outside: dict[int, Expression]) -> Expression:
 
 
 def _rooms(builder: Builder, center: dict[int, Number], limits: Limits) -> dict[int, float]:
-    """How far inside the nearer limit each thrust of c lies; empty where one has none, or it is not known."""
+    """Room of each thrust of c to the nearer limit; empty where one has none, or it is not known."""
     found: dict[int, float] = {}
     for i, c in center.items():
         low, high = limits.ends(i)
@@ -166,7 +166,7 @@ def _rooms(builder: Builder, center: dict[int, Number], limits: Limits) -> dict[
 
 
 def _room(thrust: Expression, c: Number, ends: tuple[Number, Number]) -> Expression:
-    """How far it is from c to the limit on the thrust's side. On the other side c may lie at the limit."""
+    """Distance from c to the limit on the thrust's side. On the other side c may lie at the limit."""
     low, high = ends
     room: Expression = most(select(thrust > c, high - c, c - low), 0.0)
     return room

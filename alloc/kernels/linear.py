@@ -24,7 +24,7 @@ MEANINGS = {
     " and so is f; limits are not looked at",
     -1: "there is no such fault; f is left alone",
 }
-"""What each value that the C function of a closed form returns means."""
+"""Meaning of each value that the C function of a closed form returns."""
 
 
 def linear(

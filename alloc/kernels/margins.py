@@ -12,10 +12,10 @@ from alloc.program.sums import SAME, known, signed, summed
 from alloc.reach.edge import slack_table
 
 Ways = list[tuple[Expression, list[tuple[int, bool]]]]
-"""How far a step goes along the normals of pairs of facets, or where a pair is turned their opposites."""
+"""Lengths of a step along the normals of pairs of facets, or where a pair is turned their opposites."""
 
 WIDE = 1e-3
-"""Where a facet leaves a wider margin than this share of the largest limit, rounding of a step along it is
+"""Margin of a facet, as a share of the largest limit, beyond which rounding of a step along it is
 nothing to it."""
 
 

@@ -26,7 +26,7 @@ MEANINGS = {
     -1: "there is no such fault; f is left alone",
     -2: "an argument is NaN, infinite or too large to add up; f is left alone",
 }
-"""What each value that the C function of a rule returns means."""
+"""Meaning of each value that the C function of a rule returns."""
 
 
 class Ruled(NamedTuple):
@@ -47,7 +47,7 @@ class Ruled(NamedTuple):
 
 
 Rule = Callable[[Builder, dict[int, Expression]], Ruled]
-"""What makes of x = T* tau of the working thrusters the thrusts that are then cut at the limits."""
+"""Function from x = T* tau of the working thrusters to the thrusts that are then cut at the limits."""
 
 
 def mended(

@@ -72,7 +72,7 @@ class Ratios:
 
 
 Values = dict[str, Expression]
-"""What steps have come to, by the key of a strip."""
+"""Results of steps, by the key of a strip."""
 
 
 def nearest(

@@ -11,12 +11,12 @@ TOLERANCE: dict[Scalar, float] = {"double": nullspace.TOLERANCE, "float": 4e-6}
 """Excess over a limit that still counts as met, relative to the largest limit [-]. Float rounds at 6e-8; some
 70 times that is left for the sums."""
 MET: dict[Scalar, float] = {"double": EXACT_TOLERANCE, "float": 1e-5}
-"""What a SOLVED wrench may miss, relative to ``wrench_scale`` [-]; in single precision some hundred
+"""Most that a SOLVED wrench may miss, relative to ``wrench_scale`` [-]; in single precision some hundred
 roundings."""
 MET_BY_SOLVERS: dict[Scalar, float] = {scalar: max(WRENCH_TOLERANCE, met) for scalar, met in MET.items()}
 """MET of solvers' own C, which SOLVED of any method in Python may miss, too [-]."""
 HELD: dict[Scalar, float] = {"double": MET["double"] / 2, "float": MET["float"] / 2}
-"""What thrusts moved onto limits may miss of what shares say, relative to ``wrench_scale`` [-]: half of MET,
+"""Most that thrusts moved onto limits miss of their shares, relative to ``wrench_scale`` [-]: half of MET,
 for rounding of sums takes some too."""
 SINGLE = 2.0**-24
 DOUBLE = 2.0**-53

@@ -13,7 +13,7 @@ FORMS: tuple[Where, ...] = ("fixed", "call")
 
 
 def levels(method: str, vehicle: Vehicle) -> int:
-    """How many shares a method of the library writes for a vehicle."""
+    """Number of shares that a method of the library writes for a vehicle."""
     return (len(vehicle.priority) if method == "priority" else 1) if calls()[method] else 0
 
 

@@ -31,13 +31,13 @@ SETS = 50_000
 
 
 def decimals(T: FloatArray) -> int | None:
-    """How many decimals the entries of T have at most; None where these are not between FEWEST and MOST."""
+    """Most decimals of an entry of T; None where these are not between FEWEST and MOST."""
     digits = printed_decimals(T)
     return digits if FEWEST <= digits <= MOST else None
 
 
 def nearly_dependent(vehicle: Vehicle, digits: int) -> tuple[int, int]:
-    """How many sets of rank T columns depend on each other but for their last digit, of how many.
+    """Number of sets of rank T columns that depend on each other but for their last digit, and of all sets.
 
     With rows of T in unit of ``row_lengths`` and columns of one length, half of the last decimal moves the
     least singular value of a set by at most the Frobenius norm of what it moves its entries by (Weyl). A set
@@ -124,7 +124,7 @@ def _oddest(
 
 
 def slips(a: float, b: float) -> tuple[int, bool]:
-    """How many decimal digits two numbers differ in, and whether they are two that are exchanged.
+    """Number of decimal digits in which two numbers differ, and whether they are two that are exchanged.
 
     Numbers with fewer than SURE digits differ in all of them: there one digit is no coincidence.
     """

@@ -173,7 +173,7 @@ class Report:
     pairs: tuple[Pairs, ...] = ()
 
     def count(self, level: Level) -> int:
-        """How many findings have that level."""
+        """Number of findings of that level."""
         return sum(finding.level == level for finding in self.findings)
 
 

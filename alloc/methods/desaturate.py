@@ -47,7 +47,7 @@ def build(vehicle: Vehicle) -> Saturating:
 
 
 def _step(f: list[float], column: list[float], limits: list[tuple[float, float]]) -> float:
-    """How much of the axis to add [N, N m] so that the worst excess on either side is balanced; 0 if none."""
+    """Amount of the axis to add [N, N m] so that the worst excess on either side is balanced; 0 if none."""
     weak = WEAK * max(map(abs, column))
     least = most = 0.0
     for x, c, (low, high) in zip(f, column, limits, strict=True):

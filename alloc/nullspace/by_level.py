@@ -26,7 +26,7 @@ from alloc.vehicle.call_limits import at_call, limits_of
 LOST = (0.0, 1e-9, 1e-6, 1e-3, 0.1, 1.0)
 """Shares of a way that are left out in turn where no thrusts are found for its end."""
 HALVINGS = 20
-"""How often what is left out is then drawn nearer to the share before, for which none were found."""
+"""Number of halvings towards the share before, where no thrusts were found for the next one."""
 
 
 class ByLevel:

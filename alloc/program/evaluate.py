@@ -110,4 +110,4 @@ OPERATIONS: dict[str, Callable[..., Any]] = {
     "max": lambda a, b: np.where(a > b, a, b),
     "choose": np.where,
 }  # fmt: skip
-"""What numpy calls an operation; the second of two stands where a minimum or maximum meets NaN, as in C."""
+"""numpy's operations; the second operand stands where a minimum or maximum meets NaN, as in C."""

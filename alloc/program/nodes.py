@@ -9,15 +9,15 @@ from typing import Any, Literal
 Scalar = Literal["double", "float"]
 """The type of all numbers of a program, by C's name."""
 Where = Literal["fixed", "call"]
-"""Whether a kernel holds the vehicle's own limits, or f_min and f_max are arguments of each call."""
+"""Place of the limits: the vehicle's own in the kernel, or f_min and f_max as arguments of each call."""
 Faults = Literal["none", "one", "all"]
-"""Which faults a C function knows: none, any one thruster off with code for each, or the same in one code."""
+"""Faults that a C function knows: none, any one thruster off with code for each, or the same in one code."""
 OWN = "OWN_"
-"""What stands in C text before each name that only one file may see; a printer puts its function's there."""
+"""Prefix in C text of each name that only one file may see; a printer puts its function's there."""
 Node = int
 """Index of an operation in ``Program.nodes``."""
 Operation = tuple[Any, ...]
-"""What is done, then its operands, which stand before it in ``Program.nodes``.
+"""Name of an operation, then its operands, which stand before it in ``Program.nodes``.
 
 ("const", 1.5), ("input", "tau", 0)
     a number; an entry of an argument
@@ -103,7 +103,7 @@ class Write:
 
 
 Step = Node | Fence | Exit | Branch | Write
-"""What a printer does next; a node stands for its being calculated, and all that it needs before it."""
+"""Next step of a printer; a node stands for its being calculated, and all that it needs before it."""
 
 
 def every(steps: Iterable[Step]) -> Iterator[Step]:
@@ -167,7 +167,7 @@ class Program:
         return frozenset(found)
 
     def size(self, array: str) -> int:
-        """How many entries of an output there are."""
+        """Number of an output's entries."""
         return sum(name == array for name, _ in self.outputs)
 
 

@@ -22,7 +22,7 @@ from alloc.program.nodes import (
 )
 
 Block = tuple[int, ...]
-"""Where a step stands: the number of each branch around it, from the outside."""
+"""Place of a step: the number of each branch around it, from the outside."""
 
 
 def placed(program: Program) -> Program:

@@ -36,7 +36,7 @@ CHUNK = 1_000_000
 
 
 class Certificate(NamedTuple):
-    """How far an x, or each of N of them, is from optimal; all in the units of the QP, NaN for a NaN x.
+    """Distances of an x, or of each of N, from optimal; all in the units of the QP, NaN for a NaN x.
 
     Attributes
     ----------
@@ -166,8 +166,7 @@ STEPS = 200
 """Most linear systems of one call, against rounding that would go round in circles. Near the optimum the
 first one is enough."""
 ROUNDING = 1e-12
-"""How far x may lie beyond a bound, in the largest unit, or r push the wrong way, relative to its largest
-entry [-]."""
+"""Distance by which x may lie beyond a bound, or r push the wrong way, relative to the largest entry [-]."""
 
 
 class Stationarity:

@@ -35,7 +35,7 @@ EDGE = 1e-10
 leaves up to 1e-12, and must not decide on a demand that is made to lie on the edge."""
 
 INSET = 1 / 20
-"""Where limits exclude zero, a start lies this share of their width inside, unless zero is nearer."""
+"""Share of their width by which a start lies inside limits that exclude zero, unless zero is nearer."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -36,7 +36,7 @@ MEANINGS = {
     3: "the solver has no answer that holds; f is left alone",
     -2: "an argument is NaN or infinite; f is left alone",
 }
-"""What the C returns. Without the check 0, 2 and 3 are the solver's own claim, and f is what it left."""
+"""Meaning of statuses. Without the check 0, 2 and 3 are the solver's own claim, and f is what it left."""
 
 
 class Rival(NamedTuple):

@@ -116,7 +116,7 @@ def all_solvers() -> dict[str, Solver]:
 
 
 def missing(name: str) -> str:
-    """How to install the solver's binding, empty where it is installed; imports nothing native."""
+    """Command that installs the solver's binding, empty where it is installed; imports nothing native."""
     solver = load(name)
     return "" if find_spec(solver.REQUIRES) else f"not installed; pip install {solver.PACKAGE}"
 

@@ -36,7 +36,7 @@ TOLERANCE: dict[str, dict[Level, float]] = {
 REGULARIZATION = 1e-7
 """HiGHS's own: what it adds to the diagonal of H, where SETTINGS don't say otherwise."""
 DENIED = 1e-5
-"""What the multipliers may leave of the gradient, as a share of it [-]. In 6,000 answers on odd vehicles that
+"""Most of the gradient that the multipliers may leave, as a share [-]. In 6,000 answers on odd vehicles it
 was below 1e-7, or above 1e-2: HiGHS then calls x optimal that lies up to 78 % of a limit from it."""
 ROUNDING = 1e-9
 """A gradient of this size is rounding, in the units of the QP."""

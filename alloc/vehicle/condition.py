@@ -26,7 +26,7 @@ def unevenness(vehicle: Vehicle) -> float:
 
 
 def wrench_doubt(vehicle: Vehicle) -> float:
-    """How far rounding may move thrusts that meet a wrench, over the largest limit [-].
+    """Distance by which rounding may move thrusts that meet a wrench, over the largest limit [-].
 
     A wrench is known to eps of its size, and T P f = tau turns this into eps cond(T P) of the thrusts; each
     of the n products of a sum adds as much.
@@ -44,7 +44,7 @@ def excess_that_misses(vehicle: Vehicle, share: float) -> float:
 
 
 def magnified(vehicle: Vehicle) -> float:
-    """How much farther from the optimum a solver may stop than on a vehicle whose thrusters are alike [-].
+    """Distance from the optimum at which a solver may stop, over that for thrusters that are alike [-].
 
     A gap that is a share of the cost lets thrusts err by sqrt(cond H) of the share's root, because
     1/2 |f - f*|^2_H <= gap, and what a wrench misses is made of the weakest thruster's thrust:

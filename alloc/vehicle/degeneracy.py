@@ -30,14 +30,14 @@ FLAT = 1e-13
 are no more apart are the same. Rounding leaves 1e-15; what is left out costs as much as this."""
 
 NOTHING = 1e-12
-"""What counts as zero after sums of sums, as T* tau or a decomposition makes them: a dozen additions leave
+"""Size that counts as zero after sums of sums, as in T* tau or a decomposition: a dozen additions leave
 1e-15, times cond(T) < 1e3. An entry of this size that is left out costs the wrench a thousandth of what is
 promised."""
 
 ROUNDED = 1e-14
-"""What one sum of products leaves of zero, relative to the largest of them."""
+"""Rest that one sum of products leaves of zero, relative to the largest of them."""
 
 
 def independent(sigma: NDArray[np.floating[Any]], size: float = 1.0) -> int:
-    """How many directions singular values ``sigma`` (r,) tell apart, with rows of length ``size``."""
+    """Number of directions that singular values ``sigma`` (r,) tell apart, with rows of length ``size``."""
     return int(np.count_nonzero(sigma > RANK_TOLERANCE * size))

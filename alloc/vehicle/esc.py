@@ -16,7 +16,7 @@ from alloc.vehicle.limits import Interval
 ROUNDING = 1e-6
 """Share of a step by which an end of the range may miss a whole step because of rounding [-]."""
 SPARE = 1e-14
-"""What a thrust may lie beyond a limit by because of rounding, relative to the largest of the curve [-].
+"""Distance by which rounding may put a thrust beyond a limit, relative to the largest of the curve [-].
 Limits at a voltage are interpolated between limits, thrusts between curves: the same number but for a few
 last bits of 2e-16 each, which must not cost a step."""
 

@@ -12,7 +12,7 @@ from alloc.errors import VehicleError
 Frame = Literal["frd", "flu"]
 FRAMES: tuple[Frame, ...] = get_args(Frame)
 AXES: dict[str, str] = {"frd": "x ahead, y to starboard, z down", "flu": "x ahead, y to port, z up"}
-"""What the axes of each frame are, in words."""
+"""Axes of each frame, in words."""
 TURN = np.array([1.0, -1.0, -1.0])
 """Signs of x, y and z from one frame to the other, a turn by 180 degrees about x, and back again."""
 

@@ -71,7 +71,7 @@ class Planar(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class Rates(msgspec.Struct, forbid_unknown_fields=True):
-    """How fast thrusts may change, rise and fall apart.
+    """Rates of change of thrusts, rise and fall apart.
 
     Attributes
     ----------

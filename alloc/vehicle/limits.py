@@ -15,7 +15,7 @@ Interval = tuple[FloatArray, FloatArray]
 
 @dataclass(frozen=True, eq=False)
 class Slew:
-    """How fast thrusts may change.
+    """Rates at which thrusts may change.
 
     Attributes
     ----------

@@ -23,7 +23,7 @@ ANSWERED = (Status.SOLVED, Status.PARTIAL)
 
 @dataclass(frozen=True)
 class Agreement:
-    """How the answers of C and Python differ.
+    """Differences between the answers of C and Python.
 
     Attributes
     ----------

@@ -23,7 +23,7 @@ from bench.chips.kernels import Kernel
 from bench.chips.toolchain import run
 
 RETURNS = re.compile(r"ret\w* |bx lr|(pop|ldmia)(\.w)? .*\bpc\}|ldr(\.w)? pc, \[sp\]")
-"""Of mnemonic and operands; loading the program counter is Thumb's other way to return."""
+"""Instructions that return: mnemonic and operands; loading the program counter is Thumb's other way."""
 ALWAYS = {"b", "b.n", "b.w", "jmp"}
 TABLE = {"tbb", "tbh", "br", "notrack"}
 CALLS = {"bl", "blx", "blr", "call", "callq"}
@@ -31,7 +31,7 @@ CONDITION = r"(eq|ne|cs|cc|hs|lo|mi|pl|vs|vc|hi|ls|ge|lt|gt|le)"
 SOME = re.compile(rf"b\.?{CONDITION}(\.[nw])?$|cbn?z$|tbn?z$|j\w+$")
 JUMP = re.compile(r"\t([bj][\w.]*|cbn?z|tbn?z|callq?)\s")
 LIBRARY = ("memcpy", "memset")
-"""What compilers call to fill an array of a number for each thruster."""
+"""Functions that compilers call to fill an array of a number for each thruster."""
 WORD = 8
 """Bytes of such a number: these loops go over bytes, if not over more at a time."""
 CONDITIONAL_RETURN = re.compile(rf"(bx|pop|ldmia){CONDITION}(\.w)?$")

@@ -21,13 +21,13 @@ from bench.chips.processors import Processor
 from bench.record import Emulated
 
 METHOD = "esc"
-"""What a table calls it, and ``thrustbench emulate --method``."""
+"""Name in tables, and for ``thrustbench emulate --method``."""
 BEHIND = "pinv"
 """The method behind whose C it stands; its instructions are not counted."""
 SIZES = {"thrusts": 1.0, "small-thrusts": 0.05}
 """Largest thrusts of each set, relative to the vehicle's largest limit [-]."""
 MADE = 1e-5
-"""What rounding to float moves a thrust by, relative to the largest [-]; where that changes a command by a
+"""Move of a thrust by rounding to float, relative to the largest [-]; where it changes a command by a
 step, the other one is right too."""
 TURNED = 0.02
 """Share of thrusts that may be a step away for that."""
@@ -54,7 +54,7 @@ def kernel(vehicle: Vehicle, scalar: Scalar, limits: Where, faults: Faults = "on
 
 
 def width(n: int, limits: Where) -> int:
-    """How many numbers a call is given: thrusts, both limits where they are arguments, and the voltage."""
+    """Number of a call's arguments: thrusts, both limits where they are arguments, and the voltage."""
     return (3 * n if limits == "call" else n) + 1
 
 

@@ -22,7 +22,7 @@ _BARE = ("-nostartfiles", "--specs=nosys.specs", f"-T{FIRMWARE / 'ports/mps2.ld'
 EMPTY = "empty_kernel.elf"
 STACK = ("-DBOARD_STACK",)
 METHOD = "kernel"
-"""What the driver of an image calls its only method."""
+"""Name of an image's only method in its driver."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -69,7 +69,7 @@ _REGISTER = re.compile(r"\b(?:[rsd]\d+|sp|lr|pc|ip|fp|sl)\b")
 _READ_FIRST = (
     *("str", "vstr", "stm", "vstm", "cmp", "cmn", "tst", "teq", "vcmp", "b", "cb", "tb", "push", "vpush"),
 )
-"""What reads its first operand and writes none."""
+"""Mnemonics that read their first operand and write none."""
 
 
 @dataclass(frozen=True)
@@ -145,7 +145,7 @@ def plain(one: Executed) -> str:
 
 
 def listed(one: Executed) -> int:
-    """How many words a register list holds: {r4-r7, lr} holds 5, {d8-d9} 4."""
+    """Number of words of a register list: {r4-r7, lr} holds 5, {d8-d9} 4."""
     listed = re.findall(r"([a-z]+)(\d*)(?:-[a-z](\d+))?", one.operands[-1])
     return sum(
         (int(last) - int(first) + 1 if last else 1) * (2 if kind == "d" else 1)

@@ -59,7 +59,7 @@ class Kernel:
 
     @property
     def width(self) -> int:
-        """How many numbers a call takes: tau, and f_min and f_max where they are arguments."""
+        """Number of a call's arguments: tau, and f_min and f_max where they are arguments."""
         return self.k + 2 * self.n if self.limits == "call" else self.k
 
     def calls(self, taus: FloatArray, f_min: FloatArray, f_max: FloatArray) -> FloatArray:

@@ -35,7 +35,7 @@ from bench.record.file import Writer
 CLASSES = ("inactive", "active", "boundary", "infeasible", "mission", "jolts")
 SEARCH = "search"
 EXTREMES = 200
-"""Of each kind: about the edge of what a vehicle can do, far outside, and such as overflow or are NaN."""
+"""Extreme demands of each kind: about the attainable set's edge, far outside, overflowing or NaN."""
 RIVALS_SHARE = 0.1
 """Share of each set that a solver's C is asked: it takes up to a hundred thousand times the instructions.
 Its most costly demand is not searched for either."""

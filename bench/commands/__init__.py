@@ -36,7 +36,7 @@ FAULTS = click.option(
 """The options of every command that writes C."""
 
 RUNS = Path("runs")
-"""Where runs go unless --out says otherwise, each into a folder of its own: ``<machine>/<date and time>``.
+"""Folder of runs unless --out names another, each into a folder of its own: ``<machine>/<date and time>``.
 git ignores it; `make keep` packs a run into results/."""
 
 

@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 CONNECT_S = 6.0
-"""How long a scheduler has to answer [s]."""
+"""Time for a scheduler to answer [s]."""
 
 JOIN_S = 60.0
-"""How long to wait for the first worker [s]."""
+"""Time to wait for the first worker [s]."""
 
 
 class ClusterError(AllocError):
@@ -72,7 +72,7 @@ def cluster(scheduler: str | None, workers: int) -> "Iterator[Client]":
 
 
 def wait_for_workers(client: "Client") -> int:
-    """How many threads work for this scheduler, once there is one; raises ClusterError after JOIN_S."""
+    """Number of threads that work for this scheduler, once there is one; raises ClusterError after JOIN_S."""
     try:
         client.wait_for_workers(1, timeout=JOIN_S)
     except TimeoutError:
@@ -84,7 +84,7 @@ def wait_for_workers(client: "Client") -> int:
 
 
 def threads(client: "Client") -> int:
-    """How many threads work for the scheduler now."""
+    """Number of threads that work for the scheduler now."""
     return sum(client.nthreads().values())
 
 

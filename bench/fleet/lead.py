@@ -173,7 +173,7 @@ SILENT_S = 120.0
 """After so long without a sign of life a worker's host counts as hung [s]; workers give one each second."""
 
 GRACE_S = 30.0
-"""How much longer than its limit a host is waited for [s]: it ends its own run, and says so."""
+"""Time to wait for a host beyond its limit [s]: it ends its own run, and says so."""
 
 LOOK_EVERY_S = 0.2
 

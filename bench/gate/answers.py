@@ -36,7 +36,7 @@ EDGE = 1e-6
 """|alpha* - 1| within which a status may differ between the sides: there rounding decides it."""
 
 LESS = (Status.NOT_CONVERGED, Status.PARTIAL)
-"""What may become SOLVED: its equations show that this is better."""
+"""Statuses that may become SOLVED: its equations show that this is better."""
 
 
 class SideAnswers(NamedTuple):
@@ -201,7 +201,7 @@ def _mended(question: Question, base: SideAnswers, head: SideAnswers, doubted: b
 
 
 def differ(question: Question, base: SideAnswers, head: SideAnswers, *, doubted: bool = False) -> str:
-    """How two sides' answers differ; empty where they don't, or were wrong, or none, and now are right.
+    """Difference between two sides' answers; empty where there is none, or where wrong or none became right.
 
     Answers that are wrong on both sides are compared too: a wrong answer may get worse. ``doubted`` says that
     base is ``useless`` altogether.
@@ -255,7 +255,7 @@ def _shown(shares: Sequence[float]) -> str:
 
 
 def apart_allowed(promises: Mapping[str, Any], vehicle: Vehicle) -> float:
-    """How far two answers to one demand may lie apart [N].
+    """Distance by which two answers to one demand may lie apart [N].
 
     Either may be as far from the optimum as is promised, in opposite directions. A method that promises no
     distance is held to what it answered the other time.

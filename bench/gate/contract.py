@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 Held = dict[str, Any]
-"""How a form is answered: ``same``, True for the same statuses, and how far ``apart`` thrusts lie [N], or
+"""Answers to a form of calls: ``same``, True for the same statuses, and how far ``apart`` thrusts lie [N], or
 what it ``raises``."""
 Pair = tuple[Any, Any]
 """Thrusts and statuses of some calls."""
@@ -22,15 +22,15 @@ Form = tuple[str, Callable[[], Pair], Callable[[], Pair]]
 LEAST = 3.0
 """Largest entry, at least, of a demand in whole numbers: smaller ones would be none."""
 NEAR = 1e-4
-"""How far a demand moves that hardly does, relative to it."""
+"""Step of a demand that hardly moves, relative to it."""
 
 PASSES, LONGEST_S, PROBED = 40, 5.0, 3
-"""How often all forms together go through the demands, how long they may take [s], and how many demands say
+"""Passes of all forms together through the demands, their longest time [s], and the demands that show
 how long a call is."""
 
 
 def forms(allocate: Any, taus: Any, low: Any, high: Any) -> dict[str, Held]:
-    """How an allocator answers demands (N, k) [N, N m] with limits (N, n) [N], by the name of the form.
+    """Answers of an allocator to demands (N, k) [N, N m] with limits (N, n) [N], by the name of the form.
 
     Left out is what it does not have: limits of the call, or ``many``. A slow one is asked fewer demands, and
     none at all where one would take too long.
@@ -55,7 +55,7 @@ def farthest(F: Any, other: Any) -> float:
 
 
 def _affordable(allocate: Any, taus: Any) -> int:
-    """How many of the demands all forms together can be asked in LONGEST_S."""
+    """Number of demands that all forms together can be asked in LONGEST_S."""
     start = monotonic()
     _singly(allocate, taus[:PROBED])
     each = (monotonic() - start) / len(taus[:PROBED])

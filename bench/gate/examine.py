@@ -44,9 +44,9 @@ from bench.judging.question import Answers, Question, Unanswered, questions
 FEW = 0.5
 """Share of demands within the limits of a closed form below which a new method gets a remark."""
 AGAIN = 20
-"""How many demands the first allocator of a cell is asked again, after others were built."""
+"""Number of demands that the first allocator of a cell is asked again, after others were built."""
 CALLS = 20
-"""How many demands each form of calls is asked."""
+"""Number of demands of each form of calls."""
 
 
 class Examined(NamedTuple):
@@ -306,7 +306,7 @@ def _note_forms(
 
 
 def _answers_otherwise(side: Prober, cell: GateCell, question: Question, before: SideAnswers) -> str:
-    """How the allocator of the whole vehicle answers now: those built for failures must not change it."""
+    """Difference of the whole vehicle's allocator now: those built for failures must not change it."""
     few, then = first(question, AGAIN), cut(before, AGAIN)
     again = answered_early(side, cell, few, then)
     count = min(len(then.answers), len(again.answers))  # of a slow one, not the same in the same time

@@ -16,11 +16,11 @@ from bench.demands.store import Case
 from bench.judging.question import Answers, Question, Unanswered, questions
 
 TIMED = {"inactive": 15, "active": 15}
-"""How many demands of each kind are timed. Infeasible ones are not: an iterative solver spends most of its
+"""Number of timed demands of each kind. Infeasible ones are not: an iterative solver spends most of its
 time on them, and a slow-down of the rest of a call would not show beside it."""
 
 LOOKED_AT = {"inactive": 1000, "active": 3000, "boundary": 1000, "infeasible": 1000}
-"""How many demands of each kind are asked for answers. What is wrong in one of a thousand, of active demands
+"""Number of demands of each kind whose answers are compared. A fault in one of a thousand, of active demands
 alone, is among 3,000 of them with a probability of 1 - 0.999^3000 = 95 %; of all, with 99.8 %."""
 
 EDGES = 500
@@ -48,7 +48,7 @@ FAILED_MOVING = {"inactive": 20, "infeasible": 20}
 """The same, with a thruster off and limits of the call, or with limits wider than the vehicle's."""
 
 AXES, FAILED_AXES = 60, 24
-"""How many demands along each axis alone are asked beside these, of the whole vehicle and with a thruster
+"""Number of demands along each axis alone beside these, of the whole vehicle and with a thruster
 off, some on two axes, and none at all: they are what a vehicle is asked most, and none is drawn by chance."""
 
 REPEATED = 50

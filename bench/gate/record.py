@@ -14,11 +14,11 @@ from alloc.errors import UnknownName
 SCHEMA = 1
 
 CONTROL = "control"
-"""What a control cell has in place of a vehicle."""
+"""Name of a control cell in place of a vehicle."""
 
 
 class GateSettings(msgspec.Struct, frozen=True, kw_only=True):
-    """How much is measured, and what counts as a regression.
+    """Amounts to measure, and bounds of a regression.
 
     ``docs/gate.md`` has the table of what these settings find, and of their false alarms. Between identical
     trees the mean of ten pairs scatters by 0.6 %, and by 1 % for generated C, which takes 0.1 µs: the

@@ -17,7 +17,7 @@ import alloc
 from alloc import AllocError
 
 COMPILED = shutil.ignore_patterns("__pycache__", "*.pyc")
-"""What is not copied of a package."""
+"""Files of a package that are not copied."""
 SUBMODULE = re.compile(r"160000 commit (?P<commit>[0-9a-f]+)\t(?P<path>.+)")
 """A line of git ls-tree that names another repository's commit."""
 TREE = "alloc/allocation.py"
@@ -31,7 +31,7 @@ PLACES = (
     "GIT_PREFIX",
     "GIT_QUARANTINE_PATH",
 )
-"""What git tells a hook of its repository, and would believe of any other folder that it is asked in.
+"""Variables by which git tells a hook its repository, and which git would believe in any other folder.
 
 Others of ``git rev-parse --local-env-vars`` stay: a hook of a push finds the commits by GIT_OBJECT_DIRECTORY,
 and GIT_CONFIG_COUNT may say which folders are safe. In quarantine, until a hook of a push has agreed, git

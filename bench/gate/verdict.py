@@ -17,7 +17,7 @@ Blocks = Sequence[tuple[int, int]]
 
 
 class Ratio(NamedTuple):
-    """How many times longer the head takes than the base.
+    """Time of the head over that of the base.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class Outcome(IntEnum):
 
 
 class Standing(NamedTuple):
-    """How a gate cell's two sides compare in time.
+    """Comparison of a gate cell's two sides in time.
 
     Attributes
     ----------

@@ -118,7 +118,7 @@ class AnswerLog:
         }
 
     def against(self, lot: slice, together: Any, verdicts: Any) -> dict[str, Any]:
-        """How ``many`` answers a lot of the demands: how many, the first other status, how far apart [N].
+        """Answers of ``many`` to a lot of the demands: how many, the first other status, how far apart [N].
 
         Raises ValueError where its thrusts have another shape than single calls give.
         """
@@ -334,7 +334,7 @@ class Orders:
         return seen.reply() | {"writes": writes, "many": many is not None, "together": together}
 
     def forms(self, cell: str, taus: Packed, limits: list[Packed]) -> dict[str, Any]:
-        """How the allocator that was built for the cell first answers other forms of calls."""
+        """Answers of the allocator that was built for the cell first to other forms of calls."""
         return dict(contract.forms(self.early[cell].allocate, *map(unpacked, (taus, *limits))))
 
     def many(self, cell: str, taus: Packed, limits: list[Packed]) -> dict[str, Any]:

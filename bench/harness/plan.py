@@ -196,7 +196,7 @@ def check(settings: RunSettings) -> None:
 
 
 def budget_ns(settings: RunSettings, left_s: float, cells: int, overhead_s: float) -> int:
-    """How long the timed calls of each next cell should take [ns], roughly; see ``RunSettings.budget_ms``.
+    """Time for the timed calls of each next cell [ns], roughly; see ``RunSettings.budget_ms``.
 
     Parameters
     ----------

@@ -24,7 +24,7 @@ from bench.record import Cell, Header, Record, RecordError, Worker
 from bench.record.file import Writer
 
 WORKING = ".working-"
-"""How the name of a run's working folder begins."""
+"""Prefix of the name of a run's working folder."""
 
 
 def asker(

@@ -53,9 +53,9 @@ from bench.record import Cell, Worker
 ASKED = 50
 """Demands of a case that are asked in single calls too."""
 MOST_APART = 2
-"""How many of them may be answered otherwise: warm starts make results depend slightly on order."""
+"""Number of them that may be answered otherwise: warm starts make results depend slightly on order."""
 ROUGHLY = 1e-3
-"""How far answers may lie apart where no distance is promised, relative to the largest limit [-]."""
+"""Distance by which answers may differ where none is promised, relative to the largest limit [-]."""
 
 
 def answer_case(allocator: Allocator, case: Case, *, brought: bool) -> tuple[FloatArray, StatusArray]:

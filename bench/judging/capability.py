@@ -36,7 +36,7 @@ PLANES = (("surge", "sway", "yaw"), ("surge", "yaw", "sway"))
 sideways, or ahead and turning, at once; the third axis decides how much of that is left."""
 
 HELD = (0.0, 0.4)
-"""Where the third axis is held, as a share of what that axis reaches alone. Along two axes at a time a
+"""Values of the third axis, as a share of what that axis reaches alone. Along two axes at a time a
 closed form loses nothing on a symmetric vehicle; along three it does."""
 
 ANGLES = 360

@@ -21,7 +21,7 @@ METHOD = "scaled"
 
 LINEAR = "linear map"
 ROUNDING = 1e-9
-"""What is made may exceed what was asked by this much because of rounding [N]."""
+"""Rounding by which a thrust made may exceed the demand [N]."""
 Sends = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 """A function of thrusts and limits (N, n) [N] that returns commands (N, n)."""
 
@@ -115,7 +115,7 @@ def last_metre(vehicle: Vehicle, seed: int) -> list[LastMetre]:
 
 
 def _flown(vehicle: Vehicle, sends: Sends, seed: int, *, told: bool) -> dict[str, float | None]:
-    """How a flight went in which the thrusters make what is sent; None for a vehicle that can't fly it.
+    """Record of a flight in which the thrusters make what is sent; None for a vehicle that can't fly it.
 
     Slew limits lie around what was made where the allocator is ``told``, else around what was asked.
     """

@@ -162,7 +162,7 @@ def loss(
 
 
 def _excess(vehicle: Vehicle, F: FloatArray, limits: Limits) -> FloatArray:
-    """How far each thrust (N, n) lies beyond its nearer limit, as a share of f_scale; negative inside [-]."""
+    """Distance of each thrust (N, n) beyond its nearer limit, as a share of f_scale; negative inside [-]."""
     low, high = limits or (vehicle.f_min, vehicle.f_max)
     excess: FloatArray = np.maximum(F - high, low - F) / vehicle.f_scale
     return excess

@@ -77,7 +77,7 @@ class Answers(NamedTuple):
 
 
 PROMISED = ("a name", "True or False", "a number from 0 on")
-"""What each of these may be."""
+"""Values that each of these may have."""
 
 
 def checked_promises(given: Mapping[str, Any]) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from alloc.vehicle import RANK_TOLERANCE
 from bench.layouts.spaces import Layouts, Spaces, dependencies, inverse, minors, subsets
 
 ROUNDING = 1e-12
-"""What counts as zero of a unit normal, as in ``alloc.alpha_max``."""
+"""Size that counts as zero in a unit normal, as in ``alloc.alpha_max``."""
 
 FLAT = 1e-9
 """Minors of an orthonormal basis below this count as zero: their thrusters span no facet."""
@@ -105,7 +105,7 @@ def _worst(
 
 
 class Reach(NamedTuple):
-    """How far layouts push.
+    """Reach of layouts.
 
     Attributes
     ----------

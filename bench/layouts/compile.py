@@ -290,7 +290,7 @@ def _moving(
 def _images(
     document: StudyDocument, base: Base, name: str, members: list[int]
 ) -> tuple[dict[int, FloatArray], dict[int, FloatArray]]:
-    """How each member is an image of the first: mirrored in planes through the origin, or turned about z."""
+    """Map of each member to the first: mirrored in planes through the origin, or turned about z."""
     r, e = base.position[members[0]], base.direction[members[0]]
     matrices, signs = [], []
     candidates = [(Q, sign) for sign in (1.0, -1.0) for Q in (*reflections(), *turns(len(members))[1:])]

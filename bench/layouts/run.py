@@ -40,7 +40,7 @@ class LayoutError(AllocError):
 
 @dataclass(frozen=True)
 class Done:
-    """How far a study has come.
+    """Progress of a study.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class Done:
 
 
 def count_layouts(document: StudyDocument, space: LayoutSpace, n: int | None) -> int:
-    """How many layouts a study has: ``n`` where it is given, else the file's, or all of a grid."""
+    """Number of layouts of a study: ``n`` where it is given, else the file's, or all of a grid."""
     if document.keys.sampling == "sobol":
         return n or document.keys.n
     count = combinations_of_grid(space)

@@ -125,7 +125,7 @@ NAME = re.compile(r"(\d+)-(\d+)-([0-9a-f]{16})\.parquet")
 """Round, piece, and the first digits of the SHA-256 of the file's bytes."""
 
 FACTS = b"thrustbench"
-"""Where a shard says how many layouts it was asked for, and why some have no row."""
+"""Key under which a shard keeps how many layouts it was asked for, and why some have no row."""
 
 
 class OtherVersion(AllocError):

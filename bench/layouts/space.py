@@ -213,7 +213,7 @@ def _poses(space: LayoutSpace, values: FloatArray, which: IndexArray, counts: li
 
 
 def combinations_of_grid(space: LayoutSpace) -> int:
-    """How many layouts a grid has."""
+    """Number of layouts of a grid."""
     return int(np.prod([len(parameter.grid) for parameter in space.parameters], dtype=object))
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 MORE, LESS = ("authority", "authority_after_one"), ("worst_case_steps", "thrusters")
-"""What counts: authority, whole and after the worst failure, and what that costs: steps and thrusters."""
+"""Columns to compare: authority, whole and after the worst failure, and its price in steps and thrusters."""
 
 
 def losses(table: "pa.Table") -> FloatArray:

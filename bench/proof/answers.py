@@ -40,11 +40,11 @@ PROCESSORS = (
     "#undef __ARM_FP\n#define __ARM_FP 12\n"
     "#undef __ARM_FEATURE_NUMERIC_MAXMIN\n#define __ARM_FEATURE_NUMERIC_MAXMIN 1\n",
 )
-"""What stands before the C to compile it as for an FPU without an instruction for a minimum, and with one."""
+"""Lines before the C that compile it as for an FPU without an instruction for a minimum, and with one."""
 PROGRAMS = 12
 """Demands of each fault whose shares linear programs tell."""
 SHARE: dict[Scalar, float] = {"double": 1e-6, "float": 1e-4}
-"""What a share may differ from the linear program's: HiGHS keeps its rows to 1e-7; in float some hundred
+"""Distance of a share from the linear program's: HiGHS keeps its rows to 1e-7; in float some hundred
 roundings, times the condition of the way."""
 GAP: dict[Scalar, float] = {"double": 1e-6, "float": 1e-3}
 """Largest duality gap of least effort, relative to the effort [-]. Twice the square root of it bounds how far

@@ -34,7 +34,7 @@ REASONS = {
     "14.4": "Required. The condition is a comparison, negated, or an int that holds one (see 10.3).",
     "15.5": "Advisory. A demand that is refused returns at once: one exit would cost every answer a branch.",
 }
-"""Why generated C breaks a rule, in words of its own: the rules' texts are MISRA's."""
+"""Reasons why generated C breaks a rule, in words of its own: the rules' texts are MISRA's."""
 
 
 def prove(

@@ -270,7 +270,7 @@ class Comparisons:
     def _beyond(
         self, p: Node, end: Node, upper: bool, thrust: Node
     ) -> tuple[float, dict[Product, float]] | None:
-        """How far p lies beyond an end at most, as a number and by the sizes of products."""
+        """Largest distance of p beyond an end, as a number and by the sizes of products."""
         found = list[tuple[float, dict[Product, float]]]()
         for x in self.bounds(p, upper):
             over = total((1.0 if upper else -1.0, x), (-1.0 if upper else 1.0, self.forms.form(end)))

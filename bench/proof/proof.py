@@ -30,7 +30,7 @@ def not_shown(claim: str, words: list[str]) -> Claim:
 
 
 class Miss(msgspec.Struct, frozen=True, kw_only=True):
-    """How far T f of an answer may be from the wrench that is promised.
+    """Distance by which T f of an answer may miss the wrench that is promised.
 
     Attributes
     ----------

@@ -35,13 +35,13 @@ SIZED = " ".join(
     f"typedef {own} {name}; typedef unsigned {own.removeprefix('signed ')} u{name};"
     for name, own in INTEGERS.items()
 )
-"""What is read in place of stdint.h, which only names types."""
+"""Text in place of stdint.h, which only names types."""
 NUMBERS = {"int", "float", "double", *INTEGERS, *(f"u{name}" for name in INTEGERS)}
 _COMMENT_OR_TEXT = re.compile(
     r"""/\*.*?\*/|//[^\r\n]*|"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'""", flags=re.DOTALL
 )
 _MEANT = re.compile(r"#|%:|\?\?|\\[ \t]+$|\b_[A-Z_]")
-"""What means something to a preprocessor: directives, digraphs, trigraphs, a line that goes on for some, and
+"""Text with a meaning to a preprocessor: directives, digraphs, trigraphs, a line that goes on for some, and
 words that compilers reserve, such as _Pragma and macros of their own."""
 _NESTED = re.compile(r"\s*#\s*(if|endif)")
 
@@ -90,7 +90,7 @@ class Subject:
 
     @property
     def levels(self) -> int:
-        """How many shares stand behind f."""
+        """Number of shares behind f."""
         return self.target.levels
 
     @property

@@ -13,7 +13,7 @@ from bench.chips.toolchain import ended
 PACKAGES = {"frama-c": "frama-c-base", "cppcheck": "cppcheck"}
 """Debian's package of each tool."""
 TIME_LIMIT_S = 600
-"""Of one question to one tool; nothing that is answered at all took a quarter of it on a quiet machine."""
+"""Longest time of one question to one tool; answers took less than a quarter of it on a quiet machine."""
 
 
 def absent() -> list[str]:
@@ -22,7 +22,7 @@ def absent() -> list[str]:
 
 
 def remedy(tools: list[str]) -> str:
-    """How to get these tools, in a few words."""
+    """Remedy where these tools are missing, in a few words."""
     return f"apt-get install {' '.join(PACKAGES.get(tool, 'gcc') for tool in tools)} (or make prove)"
 
 

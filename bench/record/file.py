@@ -61,7 +61,7 @@ class Record:
 
     @property
     def said(self) -> list[str]:
-        """How the logs of demands were understood, and what may be wrong with them, each line once."""
+        """Notes on how the logs of demands were read, and what may be wrong with them, each line once."""
         return list(dict.fromkeys(line for problem in self.problems for line in problem.said))
 
     def keys(self) -> set[Key]:

@@ -11,7 +11,7 @@ from bench.record.unannounced import FailureCost
 Count = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
 """A number of calls or of ns, up to where doubles count one by one; another one is a damaged file's."""
 FARTHER = "farther from the optimum than promised"
-"""What is wrong with an answer that breaks no equation."""
+"""Fault of an answer that breaks no equation."""
 
 
 class Key(msgspec.Struct, frozen=True, order=True):
@@ -236,7 +236,7 @@ class Loss(msgspec.Struct, kw_only=True):
 
 
 class Served(msgspec.Struct, kw_only=True, omit_defaults=True):
-    """How much of the attainable set a method serves, counted on demands that are uniform in volume.
+    """Part of the attainable set that a method serves, counted on demands that are uniform in volume.
 
     Attributes
     ----------

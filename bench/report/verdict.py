@@ -94,7 +94,7 @@ def verdict(own: Sequence[Size], loop: Loop) -> str:
 
 
 def _worth(first: Size, own: Sequence[Size]) -> str:
-    """How good the answers of what is to be taken are, and which demands get none."""
+    """Worth of the chosen method's answers, and demands that get none."""
     exactness = "exact" if first.exact else f"not exact ({_why_not_exact(own)})"
     if first.unlimited:
         exactness += ", knows no limits"
@@ -122,7 +122,7 @@ def spoken_name(size: Size) -> str:
 
 
 def trust_note(run: Run) -> str:
-    """How far the machine lets one trust that: how much of the run it disturbed, and how long it paused."""
+    """Trust that the machine allows: how much of the run it disturbed, and how long it paused."""
     word = "noisy" if run.disturbed > NOISY_SHARE * len(run.measured) else "quiet"
     text = f"{word}: {run.disturbed} of {len(run.measured)} rows disturbed"
     if run.by_driver:

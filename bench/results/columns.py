@@ -128,12 +128,12 @@ class Row:
 
     @cached_property
     def n_demands(self) -> int:
-        """How many different demands the set holds."""
+        """Number of different demands in the set."""
         return max((cell.n_demands for cell in self.measured.cells), default=0)
 
     @cached_property
     def n_calls(self) -> int:
-        """How many calls were timed over all repeats; a call timed both in a batch and singly counts once."""
+        """Number of timed calls over all repeats; a call timed both in a batch and singly counts once."""
         return sum(map(calls, self.measured.cells))
 
     @cached_property
@@ -233,7 +233,7 @@ class Row:
 
     @cached_property
     def repeats(self) -> int:
-        """How many repeats there are; each that was measured had a fresh process."""
+        """Number of repeats; each that was measured had a fresh process."""
         return len(self.measured.cells)
 
     @cached_property
@@ -268,7 +268,7 @@ class Row:
 
     @cached_property
     def n_single_calls(self) -> int:
-        """How many of ``n_calls`` were timed singly; quantiles are of these."""
+        """Number of ``n_calls`` that were timed singly; quantiles are of these."""
         return total(self.measured.singles)
 
     @cached_property

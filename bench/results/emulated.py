@@ -153,7 +153,7 @@ def refusal_reason(emulated: Sequence[Emulated]) -> str:
 
 @dataclass(frozen=True)
 class Cpi:
-    """How many cycles an instruction takes, averaged over a call.
+    """Cycles of an instruction, averaged over a call.
 
     Attributes
     ----------

@@ -17,7 +17,7 @@ from bench.results.size import Loop, Size, rank_sizes, worst_size
 from bench.results.sizing import sizes
 
 SAME = 1e-6
-"""How far two numbers that are the same but for rounding may lie apart, relative to them [-]."""
+"""Distance of two numbers that are the same but for rounding, relative to them [-]."""
 
 
 @dataclass(frozen=True)

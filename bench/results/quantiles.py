@@ -52,7 +52,7 @@ class Tally:
         return [*accumulate((count for _, count in reversed(self.times)), initial=0)][::-1]
 
     def later(self, limit_us: float, beyond_us: float = 0.0) -> int:
-        """How many times are longer than a limit, ``beyond_us`` added to each [us]."""
+        """Number of times that are longer than a limit, ``beyond_us`` added to each [us]."""
         return self._from[bisect_right(self.times, limit_us, key=lambda each: beyond_us + each[0] / 1000)]
 
 
@@ -247,7 +247,7 @@ def largest_of_all(values: Iterable[N | None]) -> N | None:
 
 
 def calls(cell: Cell) -> int:
-    """How many calls of a cell were timed; one that was timed both in a batch and singly counts once."""
+    """Number of timed calls of a cell; one that was timed both in a batch and singly counts once."""
     batched, singly = sum(batch.calls for batch in cell.batches), total(cell.singles)
     # Slow single calls are stored as batches too. Then batches and singles together hold more time than was
     # timed at all. The bins of the singles are 1 % off at most.

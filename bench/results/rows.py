@@ -113,7 +113,7 @@ KINDS = {int: "Int64", int | None: "Int64", float | None: "float64"}
 """Types of a frame's numbers, also where a column is empty."""
 
 FORM = ("scalar", "limits", "faults")
-"""What of a board's C decides how long a call takes, and what it answers."""
+"""Properties of a board's C that decide the time of a call and its answers."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -53,7 +53,7 @@ and a matrix product; a solver's code also depends on caches, compilers and inst
 
 @dataclass(frozen=True)
 class Transfer:
-    """How much longer calls take on the target than where the run was made.
+    """Time of calls on the target over that on the run's machine.
 
     Attributes
     ----------
@@ -98,7 +98,7 @@ class Pauses:
     exposure_ns: float
 
     def late(self, limit_us: float, p50_us: float) -> int:
-        """How many of them would have made a call late that takes ``p50_us`` [us]."""
+        """Number of them that would have made a call late that takes ``p50_us`` [us]."""
         return self._tally.later(limit_us, p50_us)
 
     @cached_property
@@ -312,7 +312,7 @@ def pool_rows(run: Run, rows: Sequence[Row], transfer: Transfer | None = None) -
 
 
 def part_note(problem: Problem) -> str:
-    """How much of a sequence was asked, in words."""
+    """Part of a sequence that was asked, in words."""
     return (
         f"of {problem.demands}'s {problem.n_demands + problem.left_out:,} demands {problem.n_demands:,} asked"
     )

@@ -86,7 +86,7 @@ def _escaped(shown: str) -> str:
 
 
 _MEANS = r"[\\`|]|\](?=[(\[:])|<(?=[A-Za-z/!?])|&(?=#?\w+;)|(?<!\w)_|_(?!\w)"
-"""What is Markdown wherever it stands: code, the middle of a link, a tag, an entity, emphasis."""
+"""Text that is Markdown wherever it stands: code, the middle of a link, a tag, an entity, emphasis."""
 
 
 def _cell(text: str) -> str:

@@ -55,7 +55,7 @@ class Benchmark(msgspec.Struct):
 
 
 MACHINE = ("node", "machine", "system", "release", "python_implementation", "python_version")
-"""What pytest-benchmark says of machine and interpreter, besides the processor."""
+"""Keys of machine and interpreter in pytest-benchmark's file, besides the processor."""
 
 
 class BenchmarkFile(msgspec.Struct):

@@ -36,7 +36,7 @@ SPARE = 5
 SINGLE = 3
 """Demands that are asked in single calls too."""
 HARMLESS = ("answers", "refused", "not converged, attainable", "another status after other calls")
-"""What is counted and not wrong."""
+"""Counts of answers that are not wrong."""
 
 
 def judged(vehicle: Vehicle, name: str, sets: list[DemandsAsked], count: int) -> dict[str, int]:
@@ -91,7 +91,7 @@ def delivers(
 
 
 def demands_of(entry: Entry, number: int) -> int:
-    """How many demands of each set a method is asked on the vehicle of that number."""
+    """Number of demands of each set for a method on the vehicle of that number."""
     if (entry.twin or entry.family is Family.GENERATED) and number % LOT:
         return 0
     if not entry.solver:

@@ -54,7 +54,7 @@ void *memset(void *to, int byte, size_t size)
     return to;
 }
 """
-"""What newlib-nano has in Arm's and ST's toolchains, made for size; in Debian's it is the fast one."""
+"""memset of newlib-nano in Arm's and ST's toolchains, made for size; in Debian's it is the fast one."""
 
 FUNCTIONS = (
     Function("alloc_wrench_to_thrust", "alloc.c", 6, 8, THRUSTS, "tau, f", (1434, 1650.7, 1787)),

@@ -43,7 +43,7 @@ CELLS = tuple(cell for cells in CALIBRATED.values() for cell in cells)
 TUNING = (20, 300)
 """Added statements of the two trees from which the cost of a statement is worked out."""
 CORRECTIONS = 2
-"""How often the number of statements is corrected by the slow-down that the gate measures."""
+"""Number of corrections of the count of statements by the slow-down that the gate measures."""
 SETTINGS = GateSettings(budget_s=600.0)
 COUNT_EVERY = 5
 """Instruction counts hardly vary, so not every trial takes them."""

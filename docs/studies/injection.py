@@ -94,7 +94,7 @@ class _Spoilt:
 def build(name, vehicle, **options):
     return _Spoilt(_honest(name, vehicle, **options), vehicle)
 '''
-"""What is added to ``alloc/__init__.py``, with numbers in place of its words in capitals."""
+"""Code added to ``alloc/__init__.py``, with numbers in place of its words in capitals."""
 
 
 def spoil_answers(tree: Path, seed: int, *, one_in: int, shift: float, active: bool) -> None:

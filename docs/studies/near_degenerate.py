@@ -36,7 +36,7 @@ from bench.demands.generated import edge_demands, numbered
 
 METHODS = ("nullspace", "scaled", "scaled-by-group", "priority", "redistribute", "clip", "shrink")
 ROUNDING = 1e-15
-"""What rounding takes of T f, which this study works out, relative to ``wrench_scale`` [-]."""
+"""Share that rounding takes of T f, which this study works out, relative to ``wrench_scale`` [-]."""
 
 
 def most(scalar: Scalar) -> float:

@@ -87,7 +87,7 @@ def ratios() -> str:
 
 
 def cycles() -> str:
-    """How far the ends of a cycle interval are apart."""
+    """Distance between the ends of a cycle interval."""
     kernels = _kernels(read(EMULATED))
     apart = {
         board: [
@@ -183,7 +183,7 @@ def exact() -> str:
 
 
 def strongest() -> str:
-    """How many times the exact method's instructions the strongest rival takes at least."""
+    """Least instructions of the strongest rival over the exact method's."""
     found = re.findall(r"strongest rival takes (\d+) to", rivals())
     return f"{found[0]} and more"
 

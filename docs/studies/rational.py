@@ -82,7 +82,7 @@ def exact_optimum(problem: ExactProblem) -> list[Fraction] | None:
         return None
 
     def step(held: dict[int, Fraction], i: int | None, side: int) -> tuple[list[Fraction], list[Fraction]]:
-        """How x moves where limit i pulls by one and the held ones stay, and how their multipliers fall."""
+        """Move of x where limit i pulls by one and the held ones stay, and the fall of their multipliers."""
         equal = [A[r] for r in rows] + [[Fraction(each == j) for each in range(n)] for j in held]
         wanted = [ZERO if i is not None else b[r] for r in rows] + [ZERO] * len(held)
         system = [[*H[r], *(row[r] for row in equal), Fraction(side * (r == i))] for r in range(n)]

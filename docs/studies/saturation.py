@@ -59,7 +59,7 @@ def way_of(allocate: Allocator, vehicle: Vehicle) -> Way:
 
 
 class Programs(NamedTuple):
-    """How far a method's answers lie from those of programs.
+    """Distances of a method's answers from those of programs.
 
     Attributes
     ----------

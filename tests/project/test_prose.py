@@ -5,13 +5,14 @@ import re
 import subprocess
 from collections import Counter
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
 from tests.places import ROOT
 
-BANNED = ("What", "Whether", "Which", "That", "Of", "Where", "Who", "Why", "When", "If", "So")
+BANNED = ("What", "Whether", "Which", "That", "Of", "Where", "Who", "Why", "When", "If", "So", "How")
 """Words that open a clause: the subject of such a line comes last, or stands in another line."""
 FIRST_HELD = "dcb73804f1eb5743bdbd9f039fa66fe773a1e087"
 """The last commit before subjects were held to this form."""
@@ -19,12 +20,18 @@ SUBJECT = re.compile(r"[a-z0-9/_,+ -]+: [a-z0-9`].*[^.]")
 
 
 def first_lines(tree: ast.AST) -> Iterator[tuple[int, str]]:
-    """Line number and first line of each docstring in a module."""
+    """Line number and first line of each docstring in a module, those behind constants and fields too."""
     for node in ast.walk(tree):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and (
-            text := ast.get_docstring(node)
-        ):
-            yield getattr(node, "lineno", 1), text.splitlines()[0]
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+            if text := ast.get_docstring(node):
+                yield getattr(node, "lineno", 1), text.splitlines()[0]
+            for before, after in pairwise(node.body):
+                match before, after:
+                    case (
+                        ast.Assign() | ast.AnnAssign(),
+                        ast.Expr(ast.Constant(str(text))),
+                    ):
+                        yield after.lineno, text.splitlines()[0]
 
 
 def opens_with_a_clause(line: str) -> bool:

@@ -19,7 +19,7 @@ pytestmark = [
 ]
 
 WIDTHS = (1400, 390)
-"""Of a desk's window and of a phone [px]."""
+"""Widths of a desk's window and of a phone [px]."""
 BEYOND = """() => {
     document.querySelectorAll("details").forEach(one => one.open = true);
     const told = element => `${element.tagName} ${element.innerText.slice(0, 60)}`;

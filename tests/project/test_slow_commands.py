@@ -50,7 +50,7 @@ SMALL = {
     f"{STUDIES}native_speed.py": ("ukwial", "--rounds=1"),
     f"{STUDIES}rational.py": ("--problems=2", "--method=nullspace"),
 }
-"""What a command is told beside what the page says, so that it takes seconds."""
+"""Options of a command beside those on the page, so that it takes seconds."""
 ELSEWHERE = {
     ". .venv/bin/activate": (".ci/wheel", 'PATH="$place/venv/bin:$PATH"'),
     "dask": ("tests/clusters.py", '"-m", "dask"'),

@@ -18,10 +18,10 @@ from tests.places import DOCS, ROOT
 PAGES = ("README.md", "CONTRIBUTING.md", *(f"docs/{name}" for name in navigation() if (DOCS / name).exists()))
 SHELL = ("", "sh", "console")
 GIVEN = ("dive.bag", "dive.BIN", "A", "B", "qp/slsqp", "mine")
-"""What a reader has and no page writes: logs of a dive, two folders with trees; and the solver and the method
+"""Things that a reader has and no page writes: logs of a dive, two folders with trees; solver and method
 that pages add to the tree: test_documents.py and tests/alloc/methods/test_a_new_kernel.py do so."""
 SHORT = ("--method=pinv", "--n=4", "--budget-ms=0", "--repeats=1", "--demands=inactive")
-"""What makes a run take a second; the command's own options stand before it."""
+"""Options that make a run take a second; the command's own options stand before it."""
 
 FOREIGN = {
     "nautilus.yaml": "thrusters: {num: 2}\nconfiguration_matrix: [1, 1, -0.5, 0.5]\n"
@@ -49,7 +49,7 @@ PROGRAMS = tuple(
     f"{name} "
     for name in ("thrustbench", "python", "pytest", "make", "pip", "dask", "qpbenchmark", "ruff", ".")
 )
-"""What a line of a page that is a command begins with; other lines show what a command prints."""
+"""First words of a page's line that is a command; other lines show what a command prints."""
 
 LONG = {
     "gate": "measures for half a minute, and needs two commits",

@@ -16,7 +16,7 @@ TOLERANCE = daqp_core.TOLERANCE
 
 
 def missing() -> str:
-    """How to get the source package, whose C the installed one does not have."""
+    """Command that fetches the source package, whose C the installed one does not have."""
     return source("daqp").missing()
 
 

@@ -19,7 +19,7 @@ STILL = 1e-9
 
 
 def missing() -> str:
-    """How to get the source package, whose C the installed one does not have."""
+    """Command that fetches the source package, whose C the installed one does not have."""
     return source("daqp").missing()
 
 
@@ -84,7 +84,7 @@ int rival_solve(const real *b, const real *lb, const real *ub, real *x, real *y)
     return closed_form(b, lb, ub, x, y);
 }
 """
-"""Where the equations leave nothing to choose."""
+"""C of a vehicle whose equations leave nothing to choose."""
 _TEXT = """
 static real u[FREE], low[ROWS], high[ROWS], lam[MOST], lam_star[MOST];
 static real L[MOST * (MOST + 1) / 2], D[MOST], xldl[MOST], zldl[MOST];

@@ -21,7 +21,7 @@ SETTINGS: dict[Level, dict[str, Any]] = {
     | {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iter": 20_000, "scaling": 0, "check_dualgap": False},
 }
 SWITCHES = {"parameters": "matrices"}
-"""What the generator is told. C for changing "matrices" adapts the step size rho, as the library does; C for
+"""Arguments of the generator. C for changing "matrices" adapts the step size rho, as the library does; C for
 changing "vectors" leaves it as it is, and takes up to 17 times as long (docs/studies/rival_switches.py)."""
 CAP: dict[Level, int] = {level: settings["max_iter"] for level, settings in SETTINGS.items()}
 TOLERANCE: dict[Level, dict[Scalar, float]] = {
@@ -31,7 +31,7 @@ TOLERANCE: dict[Level, dict[Scalar, float]] = {
 
 
 def missing() -> str:
-    """How to install the binding, whose generator writes the C."""
+    """Command that installs the binding, whose generator writes the C."""
     from alloc.solvers import missing as not_installed
 
     return not_installed("osqp")

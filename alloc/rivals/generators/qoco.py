@@ -25,7 +25,7 @@ demands that take thrusters to their limits, whatever its regularisation and ref
 (docs/studies/rival_switches.py). The library, alloc/solvers/qoco.py, gives up on none at 1e-11."""
 
 SWITCHES = {"generate_ruiz": False}
-"""What the generator is told: not to scale the problem, whose rows are orthonormal already."""
+"""Arguments of the generator: not to scale the problem, whose rows are orthonormal already."""
 
 _QUIET = Lock()
 """Standard output is the process's: of two threads that redirect it one would put the other's back."""
@@ -33,7 +33,7 @@ _DEFINED = re.compile(r"^(?:void|double|int|unsigned char) (\w+)\(", re.MULTILIN
 
 
 def missing() -> str:
-    """How to install the generator."""
+    """Command that installs the generator."""
     return "" if find_spec("qocogen") else "not installed; pip install qocogen"
 
 

@@ -20,15 +20,15 @@ SETTINGS: dict[Scalar, dict[str, Any]] = {
     "double": {"max_iter": CAP["default"]},
     "float": {"max_iter": CAP["default"], "constr_viol_tol": 1e-5, "dual_inf_tol": 1e-5},
 }
-"""What differs from CasADi's defaults, 1000 iterations and 1e-8, which
+"""Settings other than CasADi's defaults, 1000 iterations and 1e-8, which
 single precision does not reach."""
 
 SWITCHES: dict[str, Any] = {"with_header": True, "casadi_int": "int"}
-"""What CasADi's generator is told; the rest are its defaults."""
+"""Arguments of CasADi's generator; the rest are its defaults."""
 
 
 def missing() -> str:
-    """How to install CasADi."""
+    """Command that installs CasADi."""
     return "" if find_spec("casadi") else "not installed; pip install casadi"
 
 

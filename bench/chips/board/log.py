@@ -206,7 +206,7 @@ FOREIGN = (
     binascii.Error,
     AllocError,
 )
-"""What a header raises that another driver wrote, or somebody made up."""
+"""Errors of a header that another driver wrote, or somebody made up."""
 
 
 def boards(path: Path, log: BoardLog) -> list[Heard]:

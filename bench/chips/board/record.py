@@ -355,6 +355,6 @@ def _nothing(log: BoardLog) -> str:
 
 
 def _not_whole(log: BoardLog) -> str:
-    """How many lines are damaged, and how many are missing beside those: a damaged one has no number."""
+    """Numbers of lines that are damaged and that are missing beside those: a damaged one has no number."""
     missing = max(log.lost - log.damaged, 0)
     return f"{plural(log.damaged, 'damaged line')}, {plural(missing, 'missing line')}"

@@ -90,7 +90,7 @@ def _lines(addresses: IndexArray, line: int, moved: int) -> list[int]:
 
 
 def _code(lines: list[int], flash: Flash, *, again: bool) -> tuple[int, int]:
-    """How many lines of code are missed that follow the one before, and that do not."""
+    """Numbers of missed lines of code that follow the one before, and that do not."""
     ahead = jumped = 0
     before = None
     for one, missed in zip(lines, _missed(lines, flash.code_lines, again=again), strict=True):

@@ -7,7 +7,7 @@ from alloc.allocation import FloatArray
 from bench.demands.strong import axis_maxima
 
 OVERSHOOT = 1.1
-"""How far a sweep goes, relative to the axis's maximum: a tenth beyond, so that it crosses both edges."""
+"""Reach of a sweep, relative to the axis's maximum: a tenth beyond, so that it crosses both edges."""
 
 
 def demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:

@@ -15,7 +15,7 @@ RUN = 5
 DWELL = 100
 """Demands at one place on the edge: ten seconds of full power at 10 Hz."""
 JITTER = WRENCH_TOLERANCE
-"""How far, at most, a dwelling demand lies inside or outside the edge: by what still counts as met."""
+"""Largest distance of a dwelling demand from the edge: by what still counts as met."""
 
 
 def demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:

@@ -21,7 +21,7 @@ _PARAMETER = re.compile(r"\b(CA_ROTOR(?:_COUNT|\d{1,2}_[A-Z]+)|CA_R_REV)[\s,=:\"
 _MOST = 32
 AXES = {"PX": 0.0, "PY": 0.0, "PZ": 0.0, "AX": 0.0, "AY": 0.0, "AZ": -1.0, "KM": 0.05}
 UNUSED = AXES | {"CT": 6.5}
-"""What a file of all parameters has of rotors that are none, as floats of 32 bits."""
+"""Values of unused rotors in a file of all parameters, as floats of 32 bits."""
 
 
 def recognises(path: Path, text: str) -> bool:

@@ -145,7 +145,7 @@ def _timed(path: Path, rows: list[dict[str, Any]], *keys: str) -> tuple[FloatArr
 
 
 def _attitude(rows: list[dict[str, Any]]) -> str:
-    """How far the attitude was off its setpoint, the largest of three angles; empty where nothing says."""
+    """Largest of three angles between the attitude and its setpoint; empty where nothing says."""
     pairs = np.array([[row[f"Des{axis}"] - row[axis] for axis in ANGLES] for row in rows], dtype=np.float64)
     off = np.abs((pairs + 180.0) % 360.0 - 180.0).max(axis=1) if len(rows) else np.empty(0)
     off = off[np.isfinite(off)]

@@ -35,7 +35,7 @@ TOLD = {
     r"= up < ": "= up == up && up < ",
     r"(    const int from = )": rf"    {SPLIT}\n\1",
 }
-"""What the analyser is told of the same C: comparisons with NaN are false, and pieces are looked at apart.
+"""Replacements in the C for the analyser: comparisons with NaN are false, and pieces are looked at apart.
 
 What ``known`` says of x follows from its definition, so it is told where that stands beside it only."""
 KNOWN = "least", "most"

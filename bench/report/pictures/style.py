@@ -50,7 +50,7 @@ DARK = {
     GREY: "#8b949e",
     BROWN: "#c69c6d",
 }
-"""What each colour becomes on a dark page."""
+"""Colours on a dark page by those on a light one."""
 
 FAMILIES: dict[str, str] = {
     Family.CLOSED_FORM: GREY,

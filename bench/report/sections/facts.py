@@ -171,7 +171,7 @@ def limits(run: Run, drawn: frozenset[str]) -> str:
 
 
 def agreement(run: Run, drawn: frozenset[str]) -> str:
-    """How far each method is from the optimum, wrong answers by name, and what was not measured."""
+    """Distance of each method from the optimum, wrong answers by name, and what was not measured."""
     parts = [
         "## Agreement and failures\n",
         "Every timed answer is judged from T, H, limits and demand alone; a solver's status is not believed."

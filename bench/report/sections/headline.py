@@ -59,7 +59,7 @@ def opening(run: Run, drawn: frozenset[str]) -> str:
 
 
 CLOSED_FORMS = {"pinv@native": "f = T* τ in generated C", "pinv": "f = T* τ in numpy"}
-"""What the exact answer is compared with: generated C with C, and what most people call from Python."""
+"""Closed forms beside the exact answer: generated C beside C, and what most people call from Python."""
 
 
 def headline(run: Run, drawn: frozenset[str]) -> str:

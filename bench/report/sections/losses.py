@@ -271,7 +271,7 @@ def mission(run: Run, drawn: frozenset[str]) -> str:
 
 
 def _flown(run: Run) -> str:
-    """How many demands of the flight were asked, of how many, and their time."""
+    """Number of demands of the flight that were asked, of how many, and their time."""
     halves = [p for p in run.record.problems if p.demands in (BEFORE, AFTER)]
     if not halves:
         return "0 demands"

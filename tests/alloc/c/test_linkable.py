@@ -26,7 +26,7 @@ COMPILERS = [
     for compiler, standard in product(compilers, standards)
 ]
 ALONE = {("gcc", "c99"), ("g++", "c++20")}
-"""Where each file is compiled by itself too; all compilers find the same includes missing."""
+"""Compilers that compile each file by itself too; all compilers find the same includes missing."""
 METHODS = ("nullspace", "scaled", "redistribute", "pinv")
 """Between them they have all that C can be made of: branches, loops over data, shares, no status."""
 SHAPES = [("double", "fixed"), ("float", "call"), ("double", "call"), ("float", "fixed")]

@@ -135,7 +135,7 @@ foreach(line ${lines})
   set(${option} y)
 endforeach()
 """
-"""Of Zephyr's cmake/modules/extensions.cmake what a module calls."""
+"""Functions of Zephyr's cmake/modules/extensions.cmake that a module calls."""
 
 
 @pytest.mark.parametrize(("chosen", "options"), [("allyesconfig", 2), ("allnoconfig", 0)])

@@ -70,7 +70,7 @@ ASKED = {
     "bluerov2-heavy": [10.0, -5.0, 20.0, 1.0, 2.0, -3.0],
     "tiburon": [0.2, -0.15, 0.25, 0.05, 0.1, -0.3],  # more than it can do once a second thruster has failed
 }
-"""What the firmware asks of each vehicle."""
+"""Demand of the firmware for each vehicle."""
 
 
 def compare(lines: FloatArray, scalar: Scalar) -> None:

@@ -32,7 +32,7 @@ RULES = ["clip", "shrink", "redistribute", "group-scaling"]
 AHEAD = [2, 164, 209]
 """Vehicles on which no thruster reverses, of which Python or C said a share of 0 where all can be made."""
 WHOLE = 1 - 1e-5
-"""Of a facet 1e-8 away rounding takes this share, of 1e-13."""
+"""Share that rounding of 1e-13 leaves of a facet 1e-8 away."""
 EXACT = ["nullspace", "scaled", "scaled-by-group", "priority"]
 
 

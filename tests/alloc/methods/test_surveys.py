@@ -39,7 +39,7 @@ BOUND = {"scaled": 2.0, "scaled-by-group": 2.0, "priority": 4.0}
 ANY = 4.0
 """The same of any demand, and r_all: seen were 3.1, 3.1, 3.3."""
 PUSHED = 10
-"""How many demands of a state the drawing can push; they stand first."""
+"""Number of demands of a state that the drawing can push; they stand first."""
 CLEAR = 4.0
 MOST = 10
 """Most thrusters of a vehicle: ``priority`` lists the facets of more in seconds."""
@@ -111,7 +111,7 @@ def shares(method: str, vehicle: Vehicle, allocate: Allocator, taus: FloatArray)
 
 
 def owned(vehicle: Vehicle) -> list[int]:
-    """How many directions each level of a vehicle owns."""
+    """Number of directions that each level of a vehicle owns."""
     return [int(np.linalg.matrix_rank(D)) for D in step_maps(vehicle.strong, vehicle.priority)]
 
 

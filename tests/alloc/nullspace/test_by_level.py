@@ -33,7 +33,7 @@ def beyond(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
 
 
 def not_optimal(vehicle: Vehicle, f: FloatArray, low: FloatArray, high: FloatArray) -> float:
-    """How far f (n,) may lie from the least effort for its own wrench, relative to the largest limit.
+    """Distance of f (n,) from the least effort for its own wrench, relative to the largest limit.
 
     Where H f = T'lambda + mu, with mu pushing thrusts only off limits that they touch, f is optimal (Karush,
     Kuhn, Tucker). What is left over, r, makes f the optimum of a cost that differs by r'f, H^-1 r away.

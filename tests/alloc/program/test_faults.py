@@ -14,7 +14,7 @@ from tests.vehicles import made_up
 
 UKWIAL = load_vehicle("ukwial")
 TOGETHER = [name for name, each in recipes().items() if each.make_for_all and name != "redistribute"]
-"""What redistribute's loop over data makes only its C calculates: tests/alloc/c/test_generated.py."""
+"""Methods for all faults but redistribute, whose loop its C calculates: tests/alloc/c/test_generated.py."""
 
 
 def test_what_is_known_of_each_fault_is_calculated_beforehand() -> None:

@@ -1,4 +1,4 @@
-"""How far a way towards a demand leads: by facets, and by linear programs that know nothing of facets."""
+"""Length of a way towards a demand: by facets, and by linear programs that know nothing of facets."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ from bench.demands.generated import asked, growth_vehicle, vehicle_of
 from saturation import limits, share_by_program, vehicles
 
 LP = 1e-8
-"""What HiGHS may leave of a share: it works to 1e-10 in scaled wrench, and a step may be 1e-2 long."""
+"""Error of a share by HiGHS: it works to 1e-10 in scaled wrench, and a step may be 1e-2 long."""
 
 
 def way(vehicle: Vehicle) -> Way:

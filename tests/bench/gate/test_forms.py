@@ -95,7 +95,7 @@ MORE = {
     "many() called again": BUFFER,
     "what many() is given": WRITES,
 }
-"""How a form of calls may be spoilt: by a line of the usual call, or by methods of the class."""
+"""Ways to spoil a form of calls: by a line of the usual call, or by methods of the class."""
 
 
 @pytest.mark.parametrize("form", [*FORMS, *MORE])

@@ -134,7 +134,7 @@ SPOILT = {
     "f = -f if self in self.built[1:2] and self.built[2:] else f": "answers otherwise once another is built",
     "f = f if isinstance(tau, np.ndarray) else -f": "a list of whole numbers: thrusts ",
 }
-"""How an answer may be spoilt, and what the gate says; empty where it may be so."""
+"""Ways to spoil an answer, and the gate's words; empty where it may be so."""
 
 
 @pytest.mark.parametrize("change", SPOILT)

@@ -1,4 +1,4 @@
-"""How pairs are measured: the order of blocks, the core, the deadline."""
+"""Measurement of pairs: the order of blocks, the core, the deadline."""
 
 import random
 from time import monotonic

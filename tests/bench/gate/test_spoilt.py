@@ -36,7 +36,7 @@ SPOILT = {
     "f = np.where(self.weak, 1.0, f)": "thruster 0 weaker",
     "f = f if np.abs(tau).max() < 1e4 else 0 * f": "near rest or far out",
 }
-"""How an answer may be spoilt, and what the gate says; empty where several words are right."""
+"""Ways to spoil an answer, and the gate's words; empty where several words are right."""
 
 
 @pytest.mark.parametrize("change", SPOILT)

@@ -192,7 +192,7 @@ ODD = {
 
 
 FEW = ("an axis that nothing moves", "thrusters that must push", "one thruster left")
-"""What differs most; the others are asked with ``-m long``."""
+"""Vehicles that differ most; the others are asked with ``-m long``."""
 
 
 @pytest.mark.parametrize(

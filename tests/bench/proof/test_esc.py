@@ -19,7 +19,7 @@ BLUEROV2 = load_vehicle("bluerov2")
 
 
 Plant = Callable[[Subject, str, str], None]
-"""Of a subject's C for ESCs, puts a text where a pattern matches."""
+"""Function that puts a text into a subject's C for ESCs where a pattern matches."""
 
 
 @pytest.fixture(autouse=True)

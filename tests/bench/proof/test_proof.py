@@ -37,7 +37,7 @@ QUICK = {
     "a share is above one",
     "GCC's hint lets NaN pass",
 }
-"""What is broken here; test_symbolic.py breaks C with limits of the call, ``make prove`` all there is."""
+"""Breaks tried here; test_symbolic.py breaks C with limits of the call, ``make prove`` all there is."""
 
 ALIKE = {
     "a sign is wrong",
@@ -45,7 +45,7 @@ ALIKE = {
     "a limit is wider by one bit",
     "another thruster is taken for the failed one",
 }
-"""Of those the ones that the same claim tells as another: asked with ``-m long``."""
+"""Those that the same claim shows as another does: asked with ``-m long``."""
 
 
 @pytest.fixture(autouse=True)

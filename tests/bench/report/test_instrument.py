@@ -41,7 +41,7 @@ ONCE = {"qp/late": ("hard", "reused", None), "long": ("hard", "-", 10_000), "noo
 ONCE |= {"near": ("hard", "-", 9), "nearer": ("hard", "-", None)}
 """Methods on one set: one that is late rather often for the machine's doing, one whose steps may be late."""
 PAUSES = (0, 2, 1, 0, 2, 0)
-"""How many calls of each method on each set the machine held up."""
+"""Number of calls of each method on each set that the machine held up."""
 
 
 def lines(seed: int, slower: float) -> list[Line]:

@@ -14,7 +14,7 @@ from bench.results.rows import Run, read_run
 from tests import made_up
 
 LOST = {"easy": 0.0, "hard": 0.6}
-"""What the rule of practice, and what f = T* τ loses of each log."""
+"""Share of each log that the rule of practice loses, as f = T* τ does."""
 
 
 def asked(name: str, *, given: bool = True) -> Problem:

@@ -13,7 +13,7 @@ from tests.emulators import available
 from tests.places import DOCS
 
 HARDWARE = "stty "
-"""What reads the line of a board, and needs one; the desk's log stands in for what it writes."""
+"""First word of a command that needs a board and reads its line; the desk's log stands in for its output."""
 
 
 def steps() -> list[str]:
