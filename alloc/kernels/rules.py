@@ -111,6 +111,16 @@ def none_missed(builder: Builder, rows: list[Terms], at_most: float = 1.0) -> Ex
     return condition.named("met")
 
 
+def makes_tau(builder: Builder, f: dict[int, Expression]) -> Expression:
+    """The condition that thrusts make tau, however they came about."""
+    share = units(builder)
+    made = shared_sums(product(share * builder.vehicle.TP[:, list(f)], list(f.values()), "q").rows, "v")[1]
+    asked = zip(share[:, 0].tolist(), builder.tau, strict=True)
+    return none_missed(
+        builder, [[*row, (True, unit * tau)] for row, (unit, tau) in zip(made, asked, strict=True)]
+    )
+
+
 def together(vehicle: Vehicle, scalar: Scalar) -> States:
     """The vehicle and the faults that one program of a rule answers for: those that round as it does."""
     rounds = wrench_doubt(vehicle) > MET[scalar]

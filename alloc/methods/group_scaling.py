@@ -11,7 +11,7 @@ from alloc.kernels import rules
 from alloc.kernels.entry import TAU, SeenArguments, all_thrusters, closed_form, cover, inside, refuse
 from alloc.kernels.fitted import fitted
 from alloc.program import Builder, Program, Scalar, Where, select
-from alloc.program.sums import Terms, product, shared_sums, signed
+from alloc.program.sums import Terms, signed
 from alloc.vehicle import Vehicle
 
 FORMULATION = ANSWERED.name
@@ -82,10 +82,6 @@ def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
         for i, value in fitted(builder, x, f"share{level}").thrusts.items():
             terms[i].append((False, value))
     f = inside(builder, {i: signed(row, builder.graph) for i, row in terms.items()}, builder.limits)
-    units = rules.units(builder)
-    made = shared_sums(product(units * vehicle.TP[:, list(f)], list(f.values()), "q").rows, "v")[1]
-    asked = zip(units[:, 0].tolist(), builder.tau, strict=True)
-    missed = [[*row, (True, unit * tau)] for row, (unit, tau) in zip(made, asked, strict=True)]
-    met = rules.none_missed(builder, missed)
+    met = rules.makes_tau(builder, f)
     builder.compute(met)
     return builder.program(all_thrusters(builder, f), select(met, Status.SOLVED, Status.PARTIAL))

@@ -1,7 +1,7 @@
 """Vehicle files: found by name or path, read, and made vehicles."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
 from typing import NamedTuple
@@ -13,6 +13,7 @@ from alloc.errors import VehicleError, unknown
 from alloc.files.keys import convert
 from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle import Vehicle
+from alloc.vehicle.autopilot import make_autopilot
 from alloc.vehicle.current_file import read_cap, with_currents
 from alloc.vehicle.esc_file import LARGEST_COMMAND, escs, limits_of, voltage_table, with_curve_read
 from alloc.vehicle.geometry import DOF, contradictions, planar_matrix, pose_matrix, possible, refusals
@@ -127,7 +128,7 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
         low, high = limits_of(made)
         f_min, f_max = low if f_min is None else f_min, high if f_max is None else f_max
     by_volts = voltage_table(made) if keys.volts is None and made else None
-    return Vehicle(
+    vehicle = Vehicle(
         name=keys.name,
         dof=tuple(keys.dof),
         T=T,
@@ -149,6 +150,11 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
         esc=made,
         cap=None if keys.cap is None else read_cap(keys.cap, keys.name, made, f_min, f_max),
     )
+    if (said := keys.autopilot) is None:
+        return vehicle
+    limits = vehicle.f_min, vehicle.f_max
+    mixer = make_autopilot(said.ardusub, limits, names, said.motors, said.reversed, said.coupling, said.gains)
+    return replace(vehicle, autopilot=mixer)
 
 
 def _said(keys: VehicleFile, key: str, n: int) -> FloatArray | None:

@@ -55,6 +55,25 @@ class CapKeys(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     reserve: float = 0.0
 
 
+class AutopilotKeys(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """The autopilot's mixer, as a vehicle file has it.
+
+    Attributes
+    ----------
+    ardusub : name of ArduSub's frame, as VECTORED
+    motors : the thrusters of motors 1, 2, …, by index or name; left out, in the file's order
+    reversed : thrusters, by index or name, whose MOT_n_DIRECTION is -1
+    coupling : MOT_FV_CPLNG_K [-]
+    gains : by axis, force or moment of input 1; left out, what its factors give on this geometry [N, N m]
+    """
+
+    ardusub: str
+    motors: list[int | str] = []
+    reversed: list[int | str] = []
+    coupling: float = 1.0
+    gains: dict[str, float] = {}
+
+
 class Planar(msgspec.Struct, forbid_unknown_fields=True):
     """Thrusters in the horizontal plane, as eq. 3 takes them.
 
@@ -144,6 +163,7 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     priority : the axes in levels, for a demand that can't be met: those of the first level are served first
     groups : the axes in groups, each of which keeps its direction then; left out, those that share thrusters
     names : what people call each thruster, where ``thrusters`` does not say; "" for one without a name
+    autopilot : what mixes today
     rank : intended rank of T where it is below k
     survey : how well poses, or T, are known; left out, 3 mm and 0.3 deg, or 1 % where T is no poses'
     cap : on the current or the power of all thrusters together; needs ``current`` in ``esc``
@@ -173,6 +193,7 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     priority: list[list[Axis]] = []
     groups: list[list[Axis]] = []
     names: list[str] | None = None
+    autopilot: AutopilotKeys | None = None
     rank: int | None = None
     survey: SurveyKeys | None = None
     weak: Literal["auto"] | float = "auto"

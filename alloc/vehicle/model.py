@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from alloc.allocation import FloatArray, IndexArray, real
 from alloc.errors import DemandError, VehicleError
+from alloc.vehicle.autopilot import Autopilot
 from alloc.vehicle.current import Cap, Draw
 from alloc.vehicle.degeneracy import RANK_TOLERANCE, independent
 from alloc.vehicle.esc import Esc, Sent, esc_commands, esc_draw, esc_limits, esc_thrusts
@@ -123,6 +124,7 @@ class Vehicle:
     cap : on what all thrusters draw together, for calls to be given; None where nothing says
     survey : how well the geometry is known
     weak_limit : sigma / sigma_max up to which a direction is weak; None where the survey decides
+    autopilot : what mixes today, None where nothing says
     units : (k,) lengths that rows of T count with; None where these are their own
     poses : (6, n) all six rows that poses make, uncontrolled axes too; None where T is all that is known
     """
@@ -146,6 +148,7 @@ class Vehicle:
     groups: Priority = ()
     survey: Survey = DRAWN
     weak_limit: float | None = None
+    autopilot: Autopilot | None = None
     units: FloatArray | None = None
     poses: FloatArray | None = None
     cap: Cap | None = None

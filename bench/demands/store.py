@@ -10,13 +10,16 @@ from numpy.typing import NDArray
 
 from alloc import Vehicle
 from alloc.allocation import FloatArray
+from alloc.vehicle.autopilot import Autopilot
 from alloc.vehicle.esc import Esc
+from alloc.vehicle.geometry import DOF
 from alloc.vehicle.limits import Slew, VoltageTable
 from alloc.vehicle.model import ARRAYS
 from alloc.vehicle.weak import Survey
 from bench.demands import DemandSet
 
 ESC = tuple(field.name for field in fields(Esc))
+MIXER = ("frame", "motors", "directions", "thrust", "coupling")
 LEVELS = ("priority", "groups")
 HARD = ("hard_labels", "hard_alpha")
 KNOWN = ("units", "poses")
@@ -39,6 +42,9 @@ def arrays_of(vehicle: Vehicle) -> dict[str, NDArray[Any]]:
         arrays |= {"slew up": vehicle.slew.up, "slew down": vehicle.slew.down}
     if (table := vehicle.by_volts) is not None:
         arrays |= {"volts": table.volts, "volts f_min": table.f_min, "volts f_max": table.f_max}
+    if (mixer := vehicle.autopilot) is not None:
+        arrays |= {f"autopilot {key}": np.array(getattr(mixer, key)) for key in MIXER}
+        arrays["autopilot gains"] = np.array([mixer.gains.get(axis, np.nan) for axis in DOF])
     for i, esc in enumerate(kinds := tuple(dict.fromkeys(vehicle.esc))):
         arrays |= {f"esc {i} {key}": np.array(getattr(esc, key)) for key in ESC}
     if kinds:
@@ -62,6 +68,8 @@ def vehicle_of(arrays: Mapping[str, NDArray[Any]]) -> Vehicle:
     if "esc" in arrays:
         kinds = [_esc(arrays, i) for i in range(int(arrays["esc"].max()) + 1)]
         numbers["esc"] = tuple(kinds[i] for i in arrays["esc"])
+    if "autopilot frame" in arrays:
+        numbers["autopilot"] = _mixer(arrays)
     for key, words in (("dof", "dof"), ("names", "thrusters")):
         numbers[key] = tuple(map(str, arrays[words]))
     for key in LEVELS:
@@ -74,6 +82,18 @@ def _esc(arrays: Mapping[str, NDArray[Any]], i: int) -> Esc:
     parts = ((key, arrays[f"esc {i} {key}"]) for key in ESC)
     values: dict[str, Any] = {key: part if part.ndim else part.item() for key, part in parts}
     return Esc(**values)
+
+
+def _mixer(arrays: Mapping[str, NDArray[Any]]) -> Autopilot:
+    gains = zip(DOF, arrays["autopilot gains"].tolist(), strict=True)
+    return Autopilot(
+        frame=str(arrays["autopilot frame"]),
+        motors=tuple(arrays["autopilot motors"].tolist()),
+        directions=tuple(arrays["autopilot directions"].tolist()),
+        thrust=arrays["autopilot thrust"],
+        coupling=float(arrays["autopilot coupling"]),
+        gains={axis: gain for axis, gain in gains if gain > 0.0},
+    )
 
 
 def same_vehicle(a: Vehicle, b: Vehicle) -> bool:

@@ -1,0 +1,204 @@
+"""ArduSub's mixer: a table of factors for each input, summed and cut; two frames temper it first."""
+
+from functools import reduce
+from operator import add
+from typing import NamedTuple
+
+import numpy as np
+
+from alloc.allocation import FloatArray, Status
+from alloc.closed_forms.saturating import Bounds, Saturating
+from alloc.errors import NotApplicable
+from alloc.formulations.ardusub import FORMULATION as ANSWERED
+from alloc.kernels import rules
+from alloc.kernels.entry import TAU, SeenArguments, all_thrusters, inside, refuse
+from alloc.program import Builder, Expression, Program, Scalar, Where, least, most, select, size, within
+from alloc.program.sums import product, shared_sums, signed
+from alloc.vehicle import Vehicle
+from alloc.vehicle.autopilot import SENSE, Autopilot
+from alloc.vehicle.geometry import DOF
+
+FORMULATION = ANSWERED.name
+MEANINGS = rules.MEANINGS
+doubt = rules.doubt
+
+FORWARD, THROTTLE = DOF.index("surge"), DOF.index("heave")
+UPWARDS = [DOF.index(axis) for axis in ("heave", "roll", "pitch")]
+LEVEL = [DOF.index(axis) for axis in ("surge", "sway", "yaw")]
+"""Inputs that VECTORED_6DOF scales together."""
+FRONT, REAR = (1, 2), (3, 4)
+"""Motors of VECTORED whose share of forward gives way to throttle: FRONT going astern, REAR going ahead."""
+NOTHING = 1e-9
+"""Share of what all thrusters could do along an axis below which factors command nothing of it [-]."""
+
+SAME = 1e-12
+"""Share by which both ways along an axis may differ by rounding [-]."""
+
+
+class InputScales(NamedTuple):
+    """The way from a wrench to the six inputs.
+
+    Attributes
+    ----------
+    axes : (k,) input of each axis of the vehicle, an index of DOF
+    ahead, astern : (k,) input for 1 N or 1 N m, above and below zero [1/N, 1/(N m)]; 0 for an axis that the
+        factors don't command
+    """
+
+    axes: list[int]
+    ahead: FloatArray
+    astern: FloatArray
+
+
+def build(vehicle: Vehicle) -> Saturating:
+    """Prepare f = thrust(mix(inputs(tau))) with the factors of the vehicle's ``autopilot``.
+
+    After AP_Motors6DOF; ``alloc.vehicle.autopilot`` names the commit. An input is the demand along its axis
+    over what input 1 makes there on this geometry, or over the user's gain, cut at 1. Thrust is linear in an
+    output, from f_min at -1 to f_max at 1. Neither a failed thruster nor limits of the call change one;
+    thrusts are cut at them. Raises NotApplicable where the vehicle has no ``autopilot``.
+    """
+    mixer, way = find_mixer(vehicle), find_inputs(vehicle)
+    ready = vehicle.readiness != 0
+
+    def each(taus: FloatArray, F: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+        made: FloatArray = thrust(mixer, outputs(mixer, inputs(way, taus))) * ready
+        return made
+
+    def one(tau: FloatArray, f: list[float], limits: Bounds) -> tuple[list[float], int]:
+        made: list[float] = each(tau[None], tau, tau, tau)[0].tolist()
+        return made, 1
+
+    return Saturating(vehicle, FORMULATION, one, each, start=np.zeros((vehicle.n, vehicle.k)))
+
+
+def find_mixer(vehicle: Vehicle) -> Autopilot:
+    """The vehicle's autopilot; raises NotApplicable where it has none."""
+    if vehicle.autopilot is None:
+        raise NotApplicable(
+            f"ardusub: {vehicle.whole or vehicle.name} has no key 'autopilot';"
+            " write autopilot: {ardusub: FRAME}"
+        )
+    return vehicle.autopilot
+
+
+def find_inputs(vehicle: Vehicle) -> InputScales:
+    """The way to inputs: by the user's gains, else by what inputs 1 and -1 give on this geometry."""
+    mixer = find_mixer(vehicle)
+    axes = [DOF.index(axis) for axis in vehicle.dof]
+    scales = np.zeros((2, vehicle.k))
+    for row, (axis, T) in enumerate(zip(axes, vehicle.T, strict=True)):
+        sense = SENSE[vehicle.frame][axis]
+        most_there = np.abs(T) @ np.abs(mixer.thrust).max(axis=0)
+        for side, sign in enumerate(
+            (sense, -sense)
+        ):  # along +axis the input is +1 where both point the same way
+            given = mixer.gains.get(DOF[axis], abs(T @ thrust(mixer, sign * mixer.factors[:, axis])))
+            scales[side, row] = sense / given if given > NOTHING * most_there else 0.0
+        if abs(scales[1, row] - scales[0, row]) <= SAME * abs(scales[0, row]):
+            scales[1, row] = scales[0, row]  # one product less in C
+    return InputScales(axes, *scales)
+
+
+def inputs(way: InputScales, taus: FloatArray) -> FloatArray:
+    """The six inputs (N, 6), within 1, of wrenches (N, k) [N, N m]."""
+    found = np.zeros((len(taus), len(DOF)))
+    found[:, way.axes] = np.clip(np.where(taus > 0, way.ahead, way.astern) * taus, -1.0, 1.0)
+    return found
+
+
+def outputs(mixer: Autopilot, asked: FloatArray) -> FloatArray:
+    """Outputs (N, n), within 1, of inputs (N, 6): the three ways of the firmware."""
+    B = mixer.factors
+    if mixer.frame == "VECTORED_6DOF":
+        total = sum(_fitted(asked[:, part] @ B[:, part].T) for part in (UPWARDS, LEVEL))
+    else:
+        total = asked @ B.T
+        if mixer.frame == "VECTORED":
+            left = np.maximum(1.0 - mixer.coupling * np.abs(asked[:, THROTTLE]), 0.0)
+            forward = asked[:, FORWARD]
+            over = forward - np.clip(forward, -left, left)
+            gives_way = [(motor in FRONT, motor in REAR) for motor in mixer.motors]
+            cut = np.array([over.clip(max=0.0) * a + over.clip(min=0.0) * b for a, b in gives_way]).T
+            total = total - cut * B[:, FORWARD]
+    made: FloatArray = np.clip(total, -1.0, 1.0)
+    return made
+
+
+def _fitted(part: FloatArray) -> FloatArray:
+    """Outputs (N, n) over the largest of each row, where that is above 1."""
+    fitted: FloatArray = part / np.maximum(np.abs(part).max(axis=1, keepdims=True), 1.0)
+    return fitted
+
+
+def thrust(mixer: Autopilot, made: FloatArray) -> FloatArray:
+    """Thrusts (…, n) [N] of outputs: linear on either side of zero."""
+    astern, ahead = mixer.thrust
+    f: FloatArray = made * np.where(made > 0, ahead, -astern)
+    return f
+
+
+def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
+    """The same for a demand within any limits."""
+    mixer, way = find_mixer(vehicle), find_inputs(vehicle)
+    builder = Builder(vehicle, limits, scalar)
+    seen = SeenArguments([(TAU, j) for j in range(vehicle.k)], builder)
+    seen.add(vehicle.working.tolist(), "0")
+    refuse(builder, seen, [], exact=False)
+    asked: list[Expression] = [builder.graph.constant(0.0)] * len(DOF)
+    for axis, tau, up, down in zip(way.axes, builder.tau, way.ahead, way.astern, strict=True):
+        asked[axis] = within(_sided(tau, up, down), -1.0, 1.0).named(f"i{axis}")
+    u = _mixed(builder, mixer, asked)
+    astern, ahead = mixer.thrust.tolist()
+    x = {i: _sided(u[i], ahead[i], -astern[i]).named(f"x{i}") for i in vehicle.working.tolist()}
+    if builder.limits.at_call:
+        x = {i: within(value, astern[i], ahead[i]) for i, value in x.items()}
+    f = inside(builder, x, builder.limits)
+    met = rules.makes_tau(builder, f)
+    builder.compute(met)
+    return builder.program(all_thrusters(builder, f), select(met, Status.SOLVED, Status.PARTIAL))
+
+
+def _sided(value: Expression, above: float, below: float) -> Expression:
+    """A value times ``above`` where it is above zero, times ``below`` elsewhere; both have one sign."""
+    if above == below:
+        return value * above
+    pair = value * above, value * below
+    found: Expression = most(*pair) if above > below else least(*pair)
+    return found
+
+
+def _mixed(builder: Builder, mixer: Autopilot, asked: list[Expression]) -> list[Expression]:
+    """Outputs of inputs, not yet cut at 1."""
+    B, graph = mixer.factors, builder.graph
+    if mixer.frame != "VECTORED_6DOF":
+        return [signed(row, graph) for row in _tempered(builder, mixer, asked)]
+    total: list[list[Expression]] = [[] for _ in B]
+    for name, part in (("up", UPWARDS), ("level", LEVEL)):
+        _, rows = shared_sums(product(B[:, part], [asked[axis] for axis in part], name).rows, name)
+        sums = {i: signed(row, graph) for i, row in enumerate(rows) if row}
+        load = most(*(size(value) for value in sums.values()), 1.0)
+        share = (1.0 / load).named(f"share_{name}")
+        builder.compute(share)
+        for i, value in sums.items():
+            total[i].append(share * value)
+    return [reduce(add, values) for values in total]
+
+
+def _tempered(
+    builder: Builder, mixer: Autopilot, asked: list[Expression]
+) -> list[list[tuple[bool, Expression]]]:
+    """Rows of the sum of factors times inputs, with less forward for the motors that give way to throttle."""
+    B = mixer.factors
+    if mixer.frame != "VECTORED":
+        return shared_sums(product(B, asked, "p").rows, "w")[1]
+    left = most(1.0 - mixer.coupling * size(asked[THROTTLE]), 0.0).named("left")
+    forward = asked[FORWARD]
+    front, rear = most(forward, -left).named("front"), least(forward, left).named("rear")
+    columns = [*asked, front, rear]
+    wide = np.hstack([B, np.zeros((len(B), 2))])
+    for i, motor in enumerate(mixer.motors):
+        for column, gives_way in ((len(DOF), FRONT), (len(DOF) + 1, REAR)):
+            if motor in gives_way:
+                wide[i, column], wide[i, FORWARD] = wide[i, FORWARD], 0.0
+    return shared_sums(product(wide, columns, "p").rows, "w")[1]

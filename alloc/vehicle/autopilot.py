@@ -1,0 +1,167 @@
+"""ArduSub's frames as tables of factors, and the autopilot of a vehicle: its frame, motors and directions.
+
+Facts read in libraries/AP_Motors/AP_Motors6DOF.cpp of Williangalvani/ardupilot at commit 0899be29b0e3, where
+the three output functions are merged (ArduPilot's pull request 34182, open in September 2026); at
+ES-Alexander/ardupilot 2bc5faab9b1c, with the three apart, numbers and equations are the same. Older firmware
+differs in one: ArduPilot/ardupilot at 0fd5fbf258e8 gives SIMPLEROV_3, 4 and 5 the same five motors, and
+motors 3 and 4 no roll.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from alloc.allocation import FloatArray
+from alloc.errors import VehicleError, unknown
+from alloc.vehicle.geometry import DOF
+from alloc.vehicle.names import index_of
+
+Factors = tuple[tuple[float, ...], ...]
+
+_LEVEL: Factors = (
+    (-1, 1, 0, 0, 0, 1),
+    (-1, -1, 0, 0, 0, -1),
+    (1, 1, 0, 0, 0, -1),
+    (1, -1, 0, 0, 0, 1),
+)
+"""Four thrusters at the corners, across the diagonals: the first half of both vectored frames."""
+_SIMPLE: Factors = (
+    (1, 0, 0, 0, 0, -1),
+    (1, 0, 0, 0, 0, 1),
+    (0, 0, -1, 1, 0, 0),
+    (0, 0, -1, -1, 0, 0),
+    (0, 1, 0, 0, 0, 0),
+)
+FRAMES: Mapping[str, Factors] = {
+    "BLUEROV1": (
+        (1, 0, 0, 0, 0, -1),
+        (1, 0, 0, 0, 0, 1),
+        (0, 0, 0.45, -0.5, 0.5, 0),
+        (0, 0, 0.45, 0.5, 0.5, 0),
+        (0, 0, 1, 0, -1, 0),
+        (0, 1, 0, -0.25, 0, 0),
+    ),
+    "VECTORED": (*_LEVEL, (0, 0, -1, 1, 0, 0), (0, 0, -1, -1, 0, 0)),
+    "VECTORED_6DOF": (
+        *_LEVEL,
+        (0, 0, -1, 1, -1, 0),
+        (0, 0, -1, -1, -1, 0),
+        (0, 0, -1, 1, 1, 0),
+        (0, 0, -1, -1, 1, 0),
+    ),
+    "VECTORED_6DOF_90DEG": (
+        (0, 0, 1, 1, 1, 0),
+        (1, 0, 0, 0, 0, 1),
+        (0, 0, 1, 1, -1, 0),
+        (0, 1, 0, 0, 0, 0),
+        (0, 1, 0, 0, 0, 0),
+        (0, 0, 1, -1, 1, 0),
+        (1, 0, 0, 0, 0, -1),
+        (0, 0, 1, -1, -1, 0),
+    ),
+    "SIMPLEROV_3": (*_SIMPLE[:2], (0, 0, -1, 0, 0, 0)),
+    "SIMPLEROV_4": _SIMPLE[:4],
+    "SIMPLEROV_5": _SIMPLE,
+}
+"""Factors of each frame, one row a motor from 1 [-]: forward (ahead), lateral (to starboard), throttle (up),
+roll (starboard side down), pitch (bow up), yaw (bow to starboard). The firmware gives SIMPLEROV_4 a fifth
+motor."""
+
+SENSE: Mapping[str, tuple[float, ...]] = {"frd": (1, 1, -1, 1, 1, 1), "flu": (1, -1, 1, 1, -1, -1)}
+"""Signs of ArduSub's six inputs, in the order of DOF, along the axes of each body frame."""
+
+
+@dataclass(frozen=True, eq=False)
+class Autopilot:
+    """ArduSub on a vehicle of n thrusters.
+
+    Attributes
+    ----------
+    frame : name of its table, one of FRAMES
+    motors : (n,) number of each thruster's motor, from 1
+    directions : (n,) MOT_n_DIRECTION of each thruster's motor, 1 or -1
+    coupling : MOT_FV_CPLNG_K [-]
+    gains : by axis, force or moment that input 1 stands for [N, N m]; that of the geometry where it has none
+    thrust : (2, n) thrust at outputs -1 and 1 [N], of all thrusters: the autopilot knows of no failure
+    """
+
+    frame: str
+    motors: tuple[int, ...]
+    directions: tuple[int, ...]
+    thrust: FloatArray
+    coupling: float = 1.0
+    gains: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def factors(self) -> FloatArray:
+        """(n, 6) output of each thruster for each input, directions included, columns as DOF [-]."""
+        rows = np.array(FRAMES[self.frame])[np.array(self.motors) - 1]
+        signed: FloatArray = np.array(self.directions)[:, None] * rows + 0.0
+        return signed
+
+
+def frame_named(name: str, n: int) -> str:
+    """The frame of that name in FRAMES; raises VehicleError unless it is there and has n motors."""
+    if name not in FRAMES:
+        raise VehicleError(f"autopilot: {unknown('frame', name, FRAMES)}", "autopilot")
+    if (motors := len(FRAMES[name])) != n:
+        fitting = ", ".join(other for other, rows in FRAMES.items() if len(rows) == n)
+        hint = f"frames with {n}: {fitting}" if fitting else f"no frame has {n}"
+        raise VehicleError(
+            f"autopilot: {name} has {motors} motors, the vehicle {n} thrusters; {hint}", "autopilot"
+        )
+    return name
+
+
+def make_autopilot(
+    frame: str,
+    limits: tuple[FloatArray, FloatArray],
+    names: Sequence[str] = (),
+    motors: Sequence[int | str] = (),
+    reverse: Sequence[int | str] = (),
+    coupling: float = 1.0,
+    gains: Mapping[str, float] | None = None,
+) -> Autopilot:
+    """The autopilot of a vehicle with these f_min and f_max (n,) [N]; raises VehicleError.
+
+    Parameters
+    ----------
+    frame : its name
+    names : of the thrusters
+    motors : the thrusters of motors 1, 2, …, by index or name; left out, in the file's order
+    reverse : the thrusters, by index or name, whose MOT_n_DIRECTION is -1
+    coupling : MOT_FV_CPLNG_K [-]
+    gains : by axis, force or moment of input 1 [N, N m]
+    """
+    low, high = limits
+    n = len(low)
+    frame_named(frame, n)
+    try:
+        order = [index_of(one, names, n, "motors") for one in motors] or list(range(n))
+        turned = {index_of(one, names, n, "reversed") for one in reverse}
+    except (VehicleError, LookupError) as error:
+        raise VehicleError(f"autopilot: {error}", "autopilot") from None
+    if sorted(order) != list(range(n)):
+        raise VehicleError(
+            f"autopilot: motors names {len(set(order))} of {n} thrusters; name each once, motor 1's first",
+            "autopilot",
+        )
+    if not 0.0 <= coupling < np.inf:
+        raise VehicleError(f"autopilot: coupling is {coupling:g}; give 0 to 1.5", "autopilot")
+    for axis, gain in (gains or {}).items():
+        if axis not in DOF or not 0.0 < gain < np.inf:
+            raise VehicleError(
+                f"autopilot: gains: got {axis!s:.40}: {gain:g}, expected an axis and a number above 0",
+                "autopilot",
+            )
+    thrust = np.array([np.minimum(low, 0.0), np.maximum(high, 0.0)])
+    thrust.setflags(write=False)
+    return Autopilot(
+        frame=frame,
+        motors=tuple(order.index(i) + 1 for i in range(n)),
+        directions=tuple(-1 if i in turned else 1 for i in range(n)),
+        thrust=thrust,
+        coupling=float(coupling),
+        gains=dict(gains or {}),
+    )
