@@ -106,10 +106,8 @@ def isolation(vehicle: Vehicle, noise: FloatArray | None = None) -> Isolation:
         else:
             apart[i, j] = (sine * lengths[[i, j]], f)
     trials = [
-        Trial(
-            scale * strong.TP @ f, scale * f, tuple((vehicle.called(i), vehicle.called(j)) for i, j in pairs)
-        )
-        for scale, f, pairs in _fewest(apart)
+        Trial(strong.TP @ f, f, tuple((vehicle.called(i), vehicle.called(j)) for i, j in pairs))
+        for f, pairs in _fewest(apart)
     ]
     return Isolation(noise, is_stated, tuple(shows), tuple(alike), tuple(trials))
 
@@ -162,7 +160,7 @@ def _largest(
 
 def _fewest(
     apart: dict[tuple[int, int], tuple[FloatArray, FloatArray]],
-) -> Iterator[tuple[float, FloatArray, list[tuple[int, int]]]]:
+) -> Iterator[tuple[FloatArray, list[tuple[int, int]]]]:
     """Thrusts that tell all pairs apart: the one that tells most first, drawn in to what these need."""
     left = dict.fromkeys(apart)
     while left:
@@ -170,7 +168,8 @@ def _fewest(
         counts = [sum(size >= SEPARATION for size in each.values()) for each in reached]
         chosen = int(np.argmax(counts))
         told = {pair: size for pair, size in reached[chosen].items() if size >= SEPARATION * (1 - 1e-9)}
-        yield SEPARATION / min(told.values()), list(apart.values())[chosen][1], list(told)
+        drawn_in = SEPARATION / min(told.values())
+        yield drawn_in * list(apart.values())[chosen][1], list(told)
         left = {pair: None for pair in left if pair not in told}
 
 

@@ -67,7 +67,7 @@ def test_columns_that_are_parallel_look_alike_at_any_noise() -> None:
     T = vehicle.T.copy()
     T[:, 1] = -0.5 * T[:, 0]
     twin = replace(vehicle, T=np.hstack([T, vehicle.T[:, [1]]]), H=np.eye(5), f_min=np.full(5, -250.0),
-                   f_max=np.full(5, 250.0), readiness=np.ones(5), poses=None)  # fmt: skip
+                   f_max=np.full(5, 250.0), readiness=np.ones(5), poses=None, slew=None)  # fmt: skip
     result = isolation(twin, np.full(3, 1e-6))
     assert [(a, b) for a, b, _ in result.alike] == [("thruster 0", "thruster 1")]
     assert "thruster 0 and thruster 1: no demand" in as_text(twin, result)
