@@ -258,8 +258,10 @@ class Vehicle:
     @property
     def weak_left(self) -> FloatArray:
         """(m,) sigma / sigma_max of each weak direction [-]; 0 where no thruster pushes along it."""
-        sigma = self.directions.sigma
-        return np.where(self._weak < self.rank, sigma[self._weak] / sigma[0], 0.0)
+        sigma, pushed = self.directions.sigma, self._weak < self.rank
+        left = np.zeros(len(pushed))
+        left[pushed] = sigma[self._weak[pushed]] / sigma[0]
+        return left
 
     @cached_property
     def strong(self) -> "Vehicle":

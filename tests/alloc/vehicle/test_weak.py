@@ -13,6 +13,7 @@ from bench.demands.store import arrays_of, same_vehicle, vehicle_of
 from bench.demands.surveys import fail_thrusters, failures, hexarotor, move_poses
 from tests.readers import written
 from tests.vehicle_files import GOOD
+from tests.vehicles import made_up
 
 SHIPPED = [load_vehicle(name) for name in list_vehicles()]
 
@@ -91,6 +92,13 @@ def test_a_drawing_is_its_own_strong_part(vehicle: Vehicle) -> None:
         assert degraded.strong is degraded
         assert len(degraded.weak) == degraded.k - degraded.rank
         assert not degraded.weak_left.any()
+
+
+def test_a_vehicle_without_a_thruster_that_pushes_has_lost_each_direction() -> None:
+    """A campaign's vehicle 356, of which the share of nothing was 0 / 0."""
+    degraded = made_up([[1.0, 0.0]], -9.0, 9.0).with_fault(0)
+    assert degraded.weak_left.tolist() == [0.0]
+    assert degraded.strong is degraded
 
 
 def test_strong_part_loses_weak_directions_exactly_and_keeps_the_others() -> None:
