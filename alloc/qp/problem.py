@@ -136,7 +136,7 @@ def _thrusts(
     cheapest = _cheapest(vehicle, scaled)
     share = (cheapest / np.diag(H)) ** shared if scaled else np.ones(len(on))
     unit = share * (vehicle.f_scale if scaled else 1.0)
-    H = share[:, None] * H * share / cheapest
+    H = H * np.outer(share, share) / cheapest  # symmetric to the last bit, which SIP asks for
     return unit, H, vehicle.f_min[on] / unit, vehicle.f_max[on] / unit
 
 
