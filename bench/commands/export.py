@@ -4,15 +4,54 @@ from pathlib import Path
 
 import click
 
-from bench.commands import PATH, echo
+from bench.commands import PATH, echo, unread_output
 
 
 @click.command()
-@click.argument("vehicle")
-@click.option("--format", "format_", required=True, metavar="F", help="csv or ros.")
+@click.argument("vehicle", required=False)
+@click.option("--format", "format_", metavar="F", help="csv or ros.")
 @click.option("-o", "--output", type=PATH, help="File [standard output].")
-def command(vehicle: str, format_: str, output: Path | None) -> None:
-    """Write a vehicle as a CSV of T or as ROS 2 parameters."""
+@click.option("--problems", is_flag=True, help="Problems of all shipped vehicles, with proven answers.")
+@click.option("--out", type=PATH, metavar="DIR", help="Folder of the problems; made if missing.")
+@click.option("--n", type=click.IntRange(1, 1000), help="Demands of each sequence [50].")
+@unread_output()
+def command(
+    vehicle: str | None,
+    format_: str | None,
+    output: Path | None,
+    problems: bool,
+    out: Path | None,
+    n: int | None,
+) -> None:
+    """Write a vehicle as a CSV of T or as ROS 2 parameters, or problems.
+
+    `export VEHICLE --format F` writes a vehicle, `export --problems --out DIR` the problems of all vehicles
+    and demand sets as JSON lines, as Parquet and as a test set of qpbenchmark (docs/problems.md).
+    """
+    if problems:
+        if vehicle or format_ or output or out is None:
+            raise click.UsageError("--problems takes --out DIR and no vehicle, --format or -o")
+        _problems(out, n)
+        return
+    if vehicle is None or format_ is None or out or n:
+        raise click.UsageError("give VEHICLE --format F, or --problems --out DIR")
+    _vehicle(vehicle, format_, output)
+
+
+def _problems(out: Path, n: int | None) -> None:
+    from bench.demands.problem_files import check_installed, write_problems
+    from bench.demands.problems import COUNT, problems, sequences, vehicles
+
+    check_installed()
+    out.mkdir(parents=True, exist_ok=True)
+    names = sequences()
+    found = [problem for vehicle in vehicles() for problem in problems(vehicle, names, n or COUNT)]
+    write_problems(out, found)
+    none = sum(problem.f is None for problem in found)
+    echo(f"{out}: {len(found):,} problems, {none:,} of them infeasible")
+
+
+def _vehicle(vehicle: str, format_: str, output: Path | None) -> None:
     from alloc.errors import UnknownName
     from alloc.files.textfile import write_text
     from alloc.vehicle.file import build_vehicle, find_file, read_document

@@ -19,6 +19,7 @@ ALLOTTED = {
     "failures.md": 500,
     "fuse.md": 500,
     "judge-your-allocator.md": 600,
+    "problems.md": 460,
     "soft.md": 800,
     "weak-axes.md": 500,
     "what-flies.md": 600,

@@ -29,13 +29,14 @@ from tests.clusters import loopback_cluster
 from tests.emulators import available
 from tests.pages import FENCE, saved
 from tests.places import ROOT, other_pytest
-from tests.project.test_typed_commands import GIVEN, LONG, PAGES, SHORT, commands, in_prose
+from tests.project.test_typed_commands import GIVEN, PAGES, SHORT, commands, in_prose, too_long
 
 pytestmark = [pytest.mark.long, pytest.mark.skipif(bool(missing()), reason=missing() or "-")]
 
 STUDIES = "docs/studies/"
 SMALL = {
     "run": SHORT,
+    "export": ("--n=2",),
     "gate": ("--pairs=2", "--threshold=900", "--no-instructions"),
     "emulate": ("--n=2", "--demands=inactive", "--method=pinv@native"),
     "prove": ("--vehicle=ukwial", "--method=pinv@native"),
@@ -135,7 +136,7 @@ def typed_in_full(words: list[str]) -> bool:
     own = words[1:]
     known = own[0] in bench.__main__.cli.list_commands(click.Context(bench.__main__.cli))
     quick = own[:4] == ["run", "--vehicle", "my-rov.yaml", "--quick"]
-    return quick or (known and own[0] not in LONG and not any(name in own for name in GIVEN))
+    return quick or (known and not too_long(own) and not any(name in own for name in GIVEN))
 
 
 def left_out(page: str) -> Iterator[list[str]]:

@@ -55,6 +55,7 @@ LONG = {
     "gate": "measures for half a minute, and needs two commits",
     "emulate": "needs compilers and an emulator, and takes minutes",
     "compare": "needs two files of pytest-benchmark, which tests/bench/suite makes and compares",
+    "export --problems": "flies each vehicle's missions",
     "canary": "measures for seconds; its file is read in tests/bench/results",
     "board": "needs a board's compiler",
     "prove": "takes minutes",
@@ -63,6 +64,11 @@ LONG = {
     "run": "measures for half a minute: the first of README and of docs/your-vehicle.md are typed, with less",
 }
 """Commands that are parsed here (options, arguments, files), and why; ``test_slow_commands`` runs them."""
+
+
+def too_long(words: list[str]) -> str:
+    """The reason of ``LONG`` for a command, or for a command with its first option; empty for others."""
+    return LONG.get(words[0]) or LONG.get(" ".join(words[:2]), "")
 
 
 def commands(page: str) -> Iterator[tuple[int, str]]:
@@ -100,8 +106,10 @@ def type_it(words: list[str], folder: Path) -> str:
     words = [str(ROOT / word) if word.startswith("results/") else word for word in words]
     if words[:4] == ["run", "--vehicle", "my-rov.yaml", "--quick"]:
         words = [*words, *SHORT]
-    elif words[0] in LONG or any(name in words for name in GIVEN):
-        return LONG.get(words[0], "needs what no page writes")
+    elif why := too_long(words):
+        return why
+    elif any(name in words for name in GIVEN):
+        return "needs what no page writes"
     elif "robot.urdf" in words and find_spec("urdf_parser_py") is None:
         return "needs the extra urdf"
     done = CliRunner().invoke(bench.__main__.cli, words, catch_exceptions=False, standalone_mode=False)
@@ -119,7 +127,11 @@ def check_other(typed: str) -> None:
         assert find_spec(words[2]) is not None
     else:
         for word in words[1:]:
-            if "/" in word and not word.startswith(("-", ".venv")) and not re.search("pictures|://", word):
+            if (
+                "/" in word
+                and not word.startswith(("-", ".venv"))
+                and not re.search("pictures|problems|://", word)
+            ):
                 assert (ROOT / word).exists(), word
 
 

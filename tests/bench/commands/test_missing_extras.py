@@ -22,6 +22,7 @@ CASES = {
     "fleet|--scheduler|tcp://127.0.0.1:1|--vehicle|ukwial": ("fleet", ("dask", "distributed")),
     "layouts|study.yaml|--out|out": ("layouts", ("pyarrow",)),
     "layouts|study.yaml|--out|other": ("layouts", ("distributed",)),
+    "export|--problems|--out|out": ("problems", ("pyarrow",)),
     "demands|log.bag|--vehicle|ukwial": ("ros", ("rosbags",)),
     "allocate|log.bag|--vehicle|ukwial|--method|pinv": ("ros", ("rosbags",)),
     "run|--vehicle|ukwial|--method|pinv|--demands|log.bag|--out|out": ("ros", ("rosbags",)),
