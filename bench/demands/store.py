@@ -18,7 +18,7 @@ from alloc.vehicle.model import ARRAYS
 from alloc.vehicle.weak import Survey
 from bench.demands import DemandSet
 
-ESC = tuple(field.name for field in fields(Esc))
+ESC = tuple(field.name for field in fields(Esc) if field.name != "current")  # no timed call has a cap
 MIXER = ("frame", "motors", "directions", "thrust", "coupling")
 LEVELS = ("priority", "groups")
 HARD = ("hard_labels", "hard_alpha")
