@@ -30,9 +30,8 @@ from alloc.c.statements import ALONE, Statements
 from alloc.c.target import Recipe, Target
 from alloc.c.text import helpers
 from alloc.errors import NotInstalled
-from alloc.formulations import find_formulation
+from alloc.formulations import Formulation, find_formulation, mixed
 from alloc.program import Branch, Exit, Fence, Node, Where, Write
-from alloc.reach.way import Way
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import at_call, limits_of
 
@@ -112,7 +111,7 @@ def native(
         none; asked at the first call that it can answer
     """
     library = _loaded(path)
-    way, seen = find_formulation(formulation).way, find_formulation(formulation).subject(vehicle)
+    seen = find_formulation(formulation).subject(vehicle)
     nothing = np.zeros(vehicle.k)
     nothing.setflags(write=False)
     addresses = [ctypes.cast(library[name], ctypes.c_void_p).value for name in functions]
@@ -139,15 +138,17 @@ def native(
     made = cast(
         Allocator, _binding().Native(*addresses, context, vehicle.k, vehicle.n, levels, state, objects)
     )
-    return _WithResidual(made, vehicle, way(vehicle)) if way and seen is not vehicle else made
+    return _WithResidual(made, vehicle, find_formulation(formulation)) if seen is not vehicle else made
 
 
 class _WithResidual:
     """A bound allocator that leaves out weak directions: its answers state what thrusts make along them."""
 
-    def __init__(self, made: Allocator, vehicle: Vehicle, way: Way) -> None:
-        """Wrap an allocator for a vehicle and its way."""
-        self._made, self._vehicle, self._way = made, vehicle, way
+    def __init__(self, made: Allocator, vehicle: Vehicle, formulation: Formulation) -> None:
+        """Wrap an allocator for a vehicle, of a formulation with a way."""
+        self._made, self._vehicle = made, vehicle
+        self._across = vehicle.TP - formulation.subject(vehicle).TP
+        self._parts = formulation.parts(vehicle) if len(vehicle.mixture) > 1 else ()
         self.formulation, self.limited, self.tolerance = made.formulation, made.limited, made.tolerance
         self.worst_case_steps = made.worst_case_steps if isinstance(made, BoundedSteps) else None
         self.many = made.many
@@ -160,10 +161,11 @@ class _WithResidual:
         found = self._made(tau, f_min, f_max)
         if not found.found:
             return found
-        low, high = self._limits(f_min, f_max)
-        shares = np.array([found.share])
-        wrench = checked(tau, self._vehicle.k)[None]
-        end = self._way.delivered(wrench, self._way.departure(low, high), shares)[0]
+        if not self._parts:
+            return found._replace(residual=self._across @ found.f)
+        wrench, limits = checked(tau, self._vehicle.k), self._limits(f_min, f_max)
+        ends = [part.way.towards(wrench, part.way.departure(*limits))[0] for part in self._parts]
+        end = mixed(ends, [part.w for part in self._parts])
         return found._replace(residual=self._vehicle.TP @ found.f - end)
 
 

@@ -54,12 +54,18 @@ class Recipe:
         if self.make_for_all is None:
             raise NotApplicable(f"{self.name}: has no one function for all faults; leave out --faults all")
         if scalar == "float":
-            check_single(self.subject(vehicle))
+            self.check_single(vehicle)
         return self.make_for_all(vehicle, limits, scalar)
 
     def subject(self, vehicle: Vehicle) -> Vehicle:
         """The vehicle whose wrench the answers are held to; see ``Formulation.subject``."""
         return find_formulation(self.formulation).subject(vehicle)
+
+    def check_single(self, vehicle: Vehicle) -> None:
+        """Raise NotApplicable where single precision loses too much of a wrench that answers are held to."""
+        with_way = find_formulation(self.formulation).way
+        for subject in [one for _, one in vehicle.mixture] if with_way else [vehicle]:
+            check_single(subject)
 
     def levels(self, vehicle: Vehicle) -> int:
         """Number of shares that the C function writes behind f."""
@@ -92,7 +98,7 @@ def _none(vehicle: Vehicle, scalar: Scalar) -> float:
 @lru_cache(maxsize=64)
 def _made(kernel: Recipe, vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     if scalar == "float":
-        check_single(kernel.subject(vehicle))
+        kernel.check_single(vehicle)
     return kernel.make(vehicle, limits, scalar)
 
 

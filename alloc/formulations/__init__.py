@@ -6,11 +6,12 @@ Published allocators mean several different optima by "QP", so a method names th
 and answers are compared only within one. Judging, drawing and ranking read the formulation's fields.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from enum import StrEnum
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -69,17 +70,17 @@ class EndOf:
         f_max: FloatArray | None = None,
     ) -> FloatArray:
         """The demands that a reference is asked (N, k)."""
-        return self.twice(vehicle, taus, f_min, f_max)[0]
+        return self.twice(self.way(vehicle), vehicle, taus, f_min, f_max)[0]
 
+    @staticmethod
     def twice(
-        self, vehicle: Vehicle, taus: FloatArray, f_min: FloatArray | None, f_max: FloatArray | None
+        through: Way, vehicle: Vehicle, taus: FloatArray, f_min: FloatArray | None, f_max: FloatArray | None
     ) -> tuple[FloatArray, FloatArray]:
-        """These demands, and others moved back twice as far.
+        """Demands at the ends of a way, and others moved back twice as far.
 
         Thrusts are linear there, so that answers to both tell those of the ends themselves: near some edges
         they change thousands of times as much as the demand.
         """
-        through = self.way(vehicle)
         low = vehicle.f_min if f_min is None else f_min
         high = vehicle.f_max if f_max is None else f_max
         begin = through.departure(low, np.maximum(low, high))  # no answer is right where they contradict
@@ -87,6 +88,22 @@ class EndOf:
         stopped = (share < 1).any(axis=1, keepdims=True)
         back: FloatArray = np.where(stopped, INWARD * (begin.wrench - end), 0.0)
         return end + back, end + 2 * back
+
+
+class Part(NamedTuple):
+    """One way out of those whose answers are mixed, with its w and its vehicle (``Vehicle.mixture``)."""
+
+    w: float
+    vehicle: Vehicle
+    way: Way
+
+
+def mixed(answers: Sequence[FloatArray], ws: Sequence[float]) -> FloatArray:
+    """x_0 + sum_j w_j (x_j - x_j-1), exactly x_0 where all are alike."""
+    found = answers[0].copy()
+    for before, one, w in zip(answers, answers[1:], ws[1:], strict=False):
+        found += w * (one - before)
+    return found
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,11 +144,28 @@ class Formulation:
     pose: Callable[..., Posed] | None = None
 
     def subject(self, vehicle: Vehicle) -> Vehicle:
-        """The vehicle whose wrench an answer is held to: of a formulation with a way its strong part."""
-        return vehicle.strong if self.way else vehicle
+        """The vehicle whose wrench an answer is held to: of a formulation with a way its strong part.
+
+        Of a vehicle with directions that count in part it is the one without them.
+        """
+        return vehicle.mixture[0][1] if self.way else vehicle
+
+    def parts(self, vehicle: Vehicle) -> tuple[Part, ...]:
+        """The ways whose answers are mixed, one of each vehicle in ``Vehicle.mixture``."""
+        assert self.way is not None
+        own = self.way(vehicle)
+        return tuple(
+            Part(w, each, own if each is vehicle.strong else Way(each, own.levels, own.keep))
+            for w, each in vehicle.mixture
+        )
 
     def optimal_for(self, vehicle: Vehicle) -> bool:
-        """True if answers are optimal for this vehicle too: groups that share thrusters take turns."""
+        """True if answers are optimal for this vehicle too: groups that share thrusters take turns.
+
+        A mixture of optima (``Vehicle.mixture``) is none.
+        """
+        if self.way and len(vehicle.mixture) > 1:
+            return False
         if not (self.optimal and self.way and vehicle.groups):
             return self.optimal
         return min(self.way(vehicle).keep) == 1.0

@@ -1,13 +1,15 @@
 """Methods that go level by level towards a demand, and give the least effort where the way ends."""
 
 from functools import reduce
+from itertools import pairwise
 from math import inf
 from operator import add
+from typing import NamedTuple
 
 import numpy as np
 
 from alloc.allocation import FloatArray, Status
-from alloc.formulations import Formulation
+from alloc.formulations import Formulation, Part
 from alloc.kernels.entry import all_thrusters, inside, refuse
 from alloc.kernels.exact import piece
 from alloc.kernels.held import Gap, beyond, held
@@ -36,18 +38,48 @@ def by_level(
 
     With ``faults`` it is one program for many: a thruster that is off is one whose limits are zero. Where
     that loses a direction, the steps of several levels are others, so of these it is left out; so is one
-    that leaves a direction weak, whose thrusts solve other equations. Where the whole vehicle has a weak
-    direction T differs from fault to fault, and the program is for the vehicle alone.
+    that leaves a direction weak, or lets it count in part, whose thrusts solve other equations. Where the
+    whole vehicle has such a direction T differs from fault to fault, and the program is for it alone.
     """
-    assert formulation.way is not None
-    way, whole = formulation.way(vehicle), vehicle
-    vehicle = formulation.subject(vehicle)
+    first, *others = formulation.parts(vehicle)
     known = {
         fault: state
-        for fault, state in (together(vehicle) if faults and vehicle is whole else {}).items()
-        if state.strong is state and (len(way.levels) == 1 or state.rank == vehicle.rank)
+        for fault, state in (together(vehicle) if faults and first.vehicle is vehicle else {}).items()
+        if state.mixture[0][1] is state and (len(first.way.levels) == 1 or state.rank == vehicle.rank)
     }
-    builder = Builder(vehicle, limits, scalar, known)
+    builder = Builder(first.vehicle, limits, scalar, known)
+    answers = [_one(builder, vehicle, first)]
+    for part in others:
+        builder.fence()
+        builder.vehicle = part.vehicle
+        answers.append(_one(builder, vehicle, part))
+    found = _mixed(builder, answers, [part.w for part in others])
+    status = select(found.met, Status.SOLVED, Status.PARTIAL)
+    return builder.program(all_thrusters(builder, found.thrusts), status, found.shares)
+
+
+class _Answer(NamedTuple):
+    """Answer of one way: thrusts inside the limits, shares, and the condition that all is delivered."""
+
+    thrusts: dict[int, Expression]
+    shares: list[Expression]
+    met: Expression
+
+
+def _mixed(builder: Builder, answers: list[_Answer], ws: list[float]) -> _Answer:
+    """The answers mixed as ``Vehicle.mixture`` says."""
+    found = answers[0]
+    for (before, one), w in zip(pairwise(answers), ws, strict=True):
+        f = {i: found.thrusts[i] + w * (x - before.thrusts[i]) for i, x in one.thrusts.items()}
+        builder.compute(*(x.named(f"mix{i}") for i, x in f.items()))
+        each = zip(found.shares, one.shares, before.shares, strict=True)
+        found = _Answer(f, [x + w * (after - past) for x, after, past in each], found.met & one.met)
+    return found._replace(thrusts=inside(builder, found.thrusts, builder.limits)) if ws else found
+
+
+def _one(builder: Builder, whole: Vehicle, part: Part) -> _Answer:
+    """The answer of one way, for the builder's vehicle."""
+    vehicle, way = part.vehicle, part.way
     structure, again = decompose(vehicle), builder.limits.again()
     walk = Walk(builder, way, structure.G)
     fixed = [i for i in structure.fixed.tolist() if vehicle.readiness[i]]
@@ -61,16 +93,16 @@ def by_level(
         for b, block in enumerate(structure.blocks):
             if arrival[b] == level:
                 x, zero = _ends(builder, walk, b, block)
-                part = piece(builder, f"{b}", block, x, inf, again, zero)
+                made = piece(builder, f"{b}", block, x, inf, again, zero)
                 if again.at_call:
                     builder.fence()
-                builder.compute(*part.before)
-                ended = part.thrusts()
+                builder.compute(*made.before)
+                ended = made.thrusts()
                 builder.compute(*ended.values())
                 gaps += (
                     [beyond(builder, i, x, again) for i, x in ended.items()]
-                    if part.gaps is None
-                    else part.gaps
+                    if made.gaps is None
+                    else made.gaps
                 )
                 thrusts |= ended
         if fixed and walk.arrived(fixed) == level:
@@ -81,10 +113,9 @@ def by_level(
             thrusts |= ended
     found = held(builder, gaps, thrusts, walk, again)
     y = inside(builder, found.thrusts, again)
-    status = select(
-        _met(builder, structure.unreachable, walk.reachable.lost, found.shares), Status.SOLVED, Status.PARTIAL
-    )
-    return builder.program(all_thrusters(builder, y), status, found.shares)
+    # Of weak directions no demand is missed: the wrench that is met is another.
+    lost = (structure if vehicle.rank == whole.rank else decompose(whole)).unreachable
+    return _Answer(y, found.shares, _met(builder, lost, walk.reachable.lost, found.shares))
 
 
 def _coupled(vehicle: Vehicle, block: Block) -> list[int]:

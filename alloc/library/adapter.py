@@ -1,6 +1,7 @@
 """The C around the library for one vehicle: its numbers, and calls that look like those of generated C."""
 
 from alloc.c.target import arguments, function_name, parameters
+from alloc.errors import NotApplicable
 from alloc.library import K_MAX, N_MAX, NAME, calls, files
 from alloc.program import Scalar, Where
 from alloc.program.literal import number
@@ -35,6 +36,10 @@ def adapter(vehicle: Vehicle, method: str, scalar: Scalar = "double") -> dict[st
     ``<name>_ready(tau)`` returns tau, and prepares at its first call.
     """
     own, shares = name(vehicle, method, scalar), levels(method, vehicle)
+    if shares and len(vehicle.mixture) > 1:
+        raise NotApplicable(
+            f"{vehicle.name}: {NAME} lets no direction count in part; take generated C, or set 'weak'"
+        )
     tables = {
         "T": vehicle.T,
         "H": vehicle.H,

@@ -326,10 +326,42 @@ int tb_again(const struct tb_allocator *a, const tb_real *tau, struct tb_thrusts
 }
 
 /* Whether T f = tau holds within what SOLVED may miss, for thrusts that were `moved` in all. */
+/* Whether tau asks for nothing along directions that no thruster pushes, and that are not just weak. */
+int tb_asks_no_lost(const struct tb_allocator *a, const tb_real *tau)
+{
+    for (int j = 0; j < a->gone; j++) {
+        if (!(tb_abs(tb_product(a->lost[j], tau, a->k)) <= 2 * TB_HELD)) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* tb_meets of a vehicle with weak directions, which tau may ask for: what is pushed is compared, and nothing lost asked. */
+static int meets_strong(const struct tb_allocator *a, const tb_real *tau, const struct tb_thrusts *t)
+{
+    tb_real miss[TB_K_MAX];
+    for (int r = 0; r < a->k; r++) {
+        miss[r] = -tau[r] * a->unit[r];
+        for (int p = 0; p < a->m; p++) {
+            miss[r] += a->A[r][a->at[p]] * t->x[p];
+        }
+    }
+    for (int j = 0; j < a->rank; j++) {
+        if (!(tb_abs(tb_product(a->pushed[j], miss, a->k)) <= 2 * TB_HELD * a->scale)) {
+            return 0;
+        }
+    }
+    return tb_asks_no_lost(a, tau);
+}
+
 int tb_meets(const struct tb_allocator *a, const tb_real *tau, const struct tb_thrusts *t, tb_real moved)
 {
     if (moved <= TB_HELD * a->scale && t->size <= a->exact && a->rank == a->k) {
         return 1;
+    }
+    if (a->gone < a->k - a->rank) {
+        return meets_strong(a, tau, t);
     }
     for (int r = 0; r < a->k; r++) {
         tb_real sum = -tau[r] * a->unit[r];
@@ -359,7 +391,7 @@ int tb_nullspace(const struct tb_allocator *a, const tb_real *tau, const tb_real
     struct tb_thrusts t;
     tb_real moved;
     int near = 0, status = tb_enter(a, tau, f_min, f_max, &t);
-    for (int j = 0; status == TB_SOLVED && j < a->k - a->rank; j++) {
+    for (int j = 0; status == TB_SOLVED && j < a->gone; j++) {
         if (!(tb_abs(tb_product(a->lost[j], tau, a->k)) <= TB_TOLERANCE)) {
             status = TB_INFEASIBLE;
         }

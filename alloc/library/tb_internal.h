@@ -118,6 +118,7 @@ int tb_enter(const struct tb_allocator *a, const tb_real *tau, const tb_real *f_
              struct tb_thrusts *t);
 int tb_nearest(const struct tb_allocator *a, struct tb_thrusts *t, tb_real slack);
 tb_real tb_move_inside(const struct tb_allocator *a, struct tb_thrusts *t);
+int tb_asks_no_lost(const struct tb_allocator *a, const tb_real *tau);
 int tb_meets(const struct tb_allocator *a, const tb_real *tau, const struct tb_thrusts *t, tb_real moved);
 int tb_again(const struct tb_allocator *a, const tb_real *tau, struct tb_thrusts *t, tb_real miss);
 int tb_refused(const struct tb_allocator *a, const tb_real *tau, int status);

@@ -257,6 +257,9 @@ static int towards(const struct tb_allocator *a, const int *level, int levels, c
         share[l] = 0;
     }
     tb_leave(a, &t, f);
+    if (a->gone < a->k - a->rank) { /* of weak directions tau is not met: the way ends elsewhere */
+        return found && whole && tb_asks_no_lost(a, tau) ? TB_SOLVED : TB_PARTIAL;
+    }
     return found && whole && tb_meets(a, tau, &t, 0) ? TB_SOLVED : TB_PARTIAL;
 }
 

@@ -250,6 +250,7 @@ static int refresh(struct tb_allocator *a, unsigned long off)
             V[at][p] = W[j][p] / length;
         }
     }
+    a->gone = a->k - a->rank;
     const int d = tb_null_basis(a->rank, a->m, V, B);
     const tb_real doubt = TB_DOUBT * TB_EPS * (a->rank ? most / least : TB_R(1)) * TB_EACH(a->n);
     int places[TB_N_MAX] = {0}, there[TB_N_MAX] = {0};

@@ -1,5 +1,6 @@
-"""Allocator that goes as far towards the demand as the limits allow, at least effort."""
+"""Allocators that go as far towards the demand as the limits allow, at least effort."""
 
+from collections.abc import Sequence
 from math import inf, nan
 from operator import le
 
@@ -16,8 +17,9 @@ from alloc.allocation import (
     checked,
     checked_many,
 )
-from alloc.formulations import Formulation
+from alloc.formulations import Formulation, Part, mixed
 from alloc.nullspace.allocator import exact
+from alloc.nullspace.structure import decompose
 from alloc.reach.edge import start
 from alloc.reach.way import Departure
 from alloc.vehicle import Vehicle
@@ -29,24 +31,30 @@ HALVINGS = 20
 """Number of halvings towards the share before, where no thrusts were found for the next one."""
 
 
-class ByLevel:
-    """The allocator of a formulation with a way: SOLVED where all of the demand is delivered, else PARTIAL.
+def allocator(vehicle: Vehicle, formulation: Formulation) -> "ByLevel | Mixed":
+    """The allocator of a formulation with a way; raises NotApplicable where a way or its end is refused."""
+    parts = [ByLevel(vehicle, part, formulation.name) for part in formulation.parts(vehicle)]
+    return parts[0] if len(parts) == 1 else Mixed(vehicle, parts)
 
-    A weak direction (``Vehicle.weak``) is left out as one that no thruster pushes: answers are those of
-    ``Vehicle.strong``, and ``Allocation.residual`` has what their thrusts make along weak directions.
-    ``Allocation.share`` has what was delivered of each level, 0 … 1. INFEASIBLE says that the limits of the
-    call contradict themselves. Rounding may put the end of a way outside of the attainable set by its last
-    digits, so the exact answer takes it as attainable, and its thrusts are moved onto the limits.
+
+class ByLevel:
+    """The allocator of one way: SOLVED where all of the demand's strong part is delivered, else PARTIAL.
+
+    A weak direction (``Vehicle.weak``) is left out: answers are those of the part's vehicle, and
+    ``Allocation.residual`` has what their thrusts make along weak directions. What no thruster pushes at all
+    is asked for in vain, which is PARTIAL. ``Allocation.share`` has what was delivered of each level, 0 … 1.
+    INFEASIBLE says that the limits of the call contradict themselves. Rounding may put the end of a way
+    outside of the attainable set by its last digits, so the exact answer takes it as attainable, and its
+    thrusts are moved onto the limits.
     """
 
     limited = True
 
-    def __init__(self, vehicle: Vehicle, formulation: Formulation) -> None:
-        """Prepare way and exact answer; raises NotApplicable where one of them is refused."""
-        assert formulation.way is not None
-        self.formulation = formulation.name
-        self._vehicle, strong = vehicle, formulation.subject(vehicle)
-        self._way = way = formulation.way(vehicle)
+    def __init__(self, vehicle: Vehicle, part: Part, formulation: str) -> None:
+        """Prepare the exact answer at the way's end; raises NotApplicable where it is refused."""
+        self.formulation, self.w = formulation, part.w
+        self._vehicle, strong, way = vehicle, part.vehicle, part.way
+        self._way = way
         self._exact = exact(strong, tolerance=inf)
         self._leaves_out = strong is not vehicle
         self._none = np.zeros(vehicle.k)
@@ -59,6 +67,9 @@ class ByLevel:
         # (k, n) and (k,): T f - tau in units in which 1 is the largest miss that counts as met.
         self._unit = 1.0 / (EXACT_TOLERANCE * strong.wrench_scale)
         self._T = strong.TP * self._unit[:, None]
+        self._lost: FloatArray | None = None
+        if strong.rank < vehicle.rank:  # the wrench that is met is another than the demand
+            self._lost = decompose(vehicle).unreachable / EXACT_TOLERANCE
 
     def __call__(
         self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
@@ -88,7 +99,8 @@ class ByLevel:
         if found is not Status.SOLVED:
             return self._back(wrench, begin, share, limits)
         if min(share) == 1.0:
-            missed = self._T.dot(f) - self._unit * wrench
+            lost = self._lost
+            missed = self._T.dot(f) - self._unit * wrench if lost is None else lost.dot(wrench)
             if missed.dot(missed) <= 1.0:  # the Euclidean norm is never below the largest entry
                 return answer(f, Status.SOLVED, steps, share=share, residual=self._residual(f, end))
         return answer(f, Status.PARTIAL, steps, share=share, residual=self._residual(f, end))
@@ -138,7 +150,10 @@ class ByLevel:
         ends, shares = self._way.towards_many(wrenches, begin)
         F, excess = self._exact.many_within(ends, lows, highs)
         met = (shares == 1.0).all(axis=1)
-        met &= np.linalg.norm(F @ self._T.T - wrenches * self._unit, axis=1) <= 1.0
+        if self._lost is None:
+            met &= np.linalg.norm(F @ self._T.T - wrenches * self._unit, axis=1) <= 1.0
+        else:
+            met &= np.linalg.norm(wrenches @ self._lost.T, axis=1) <= 1.0
         for i in np.flatnonzero(possible & (excess > 1.0)):
             F[i], one, *_ = self(wrenches[i], lows[i], highs[i])
             met[i] = one is Status.SOLVED
@@ -146,3 +161,46 @@ class ByLevel:
         status = np.where(met, Status.SOLVED, Status.PARTIAL)
         status[~possible] = Status.INFEASIBLE
         return F, status.astype(np.int8)
+
+
+class Mixed:
+    """The allocator of several ways whose answers are mixed: see ``Vehicle.mixture``.
+
+    Shares and residuals are mixed as thrusts are, so that they say what these make. SOLVED says that each
+    part is SOLVED.
+    """
+
+    limited = True
+
+    def __init__(self, vehicle: Vehicle, parts: Sequence[ByLevel]) -> None:
+        """Wrap the allocators of the parts, in the order of ``Vehicle.mixture``."""
+        self._parts, self._ws = parts, [part.w for part in parts]
+        self._vehicle, self._limits_of_call = vehicle, at_call(vehicle.strong, held=True)
+        self.formulation = parts[0].formulation
+        self.tolerance = max(part.tolerance for part in parts)
+
+    def __call__(
+        self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+    ) -> Allocation:
+        """Allocate one wrench (k,) [N, N m] within the limits of the call (n,) [N]."""
+        answers = [part(tau, f_min, f_max) for part in self._parts]
+        worst = max(answers, key=lambda one: one.status)  # INFEASIBLE is above PARTIAL, SOLVED below
+        if worst.status == Status.INFEASIBLE:
+            return worst
+        share = mixed([np.array(one.share) for one in answers], self._ws)
+        return answer(
+            np.clip(mixed([one.f for one in answers], self._ws), *self._limits_of_call(f_min, f_max)),
+            worst.status,
+            sum(one.iterations for one in answers),
+            share=tuple(share.tolist()),
+            residual=mixed([np.asarray(one.residual) for one in answers], self._ws),
+        )
+
+    def many(
+        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+    ) -> tuple[FloatArray, StatusArray]:
+        """Allocate (N, k) wrenches, all demands side by side; limits (n,) or (N, n) [N]."""
+        answers = [part.many(taus, f_min, f_max) for part in self._parts]
+        lows, highs = limits_of(self._vehicle.strong, len(answers[0][1]), f_min, f_max, held=True)
+        F = np.clip(mixed([F for F, _ in answers], self._ws), lows, highs)
+        return F, np.maximum.reduce([status for _, status in answers])

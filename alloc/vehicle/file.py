@@ -14,12 +14,12 @@ from alloc.files.keys import convert
 from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle import Vehicle
 from alloc.vehicle.autopilot import make_autopilot
+from alloc.vehicle.checks import SINGULAR
 from alloc.vehicle.current_file import read_cap, with_currents
 from alloc.vehicle.esc_file import LARGEST_COMMAND, escs, limits_of, voltage_table, with_curve_read
 from alloc.vehicle.geometry import DOF, contradictions, planar_matrix, pose_matrix, possible, refusals
 from alloc.vehicle.keys import EscKeys, Numbers, Planar, Rates, SurveyKeys, VehicleFile
 from alloc.vehicle.limits import Slew, VoltageTable
-from alloc.vehicle.model import SINGULAR
 from alloc.vehicle.names import listed
 from alloc.vehicle.weak import ALL_WEAK, DRAWN, Survey
 

@@ -1,6 +1,6 @@
 """A vehicle as the allocators see it: T, H, limits and readiness, checked and frozen."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -8,95 +8,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from alloc.allocation import FloatArray, IndexArray, real
+from alloc.allocation import FloatArray, IndexArray
 from alloc.errors import DemandError, VehicleError
 from alloc.vehicle.autopilot import Autopilot
+from alloc.vehicle.checks import ARRAYS, check_parts, check_shapes, check_values, checked_array
 from alloc.vehicle.current import Cap, Draw
 from alloc.vehicle.degeneracy import RANK_TOLERANCE, independent
 from alloc.vehicle.esc import Esc, Sent, esc_commands, esc_draw, esc_limits, esc_thrusts
 from alloc.vehicle.frame import Frame, checked_frame, turned
 from alloc.vehicle.geometry import DOF
-from alloc.vehicle.limits import Interval, Slew, VoltageTable, check_slew, check_table, of_a_moment
+from alloc.vehicle.limits import Interval, Slew, VoltageTable, of_a_moment
 from alloc.vehicle.names import Priority, check_names, checked_levels, checked_priority, index_of
-from alloc.vehicle.weak import ALL_WEAK, DRAWN, Directions, Survey, check_limit, directions
-
-ARRAYS = ("T", "H", "f_min", "f_max", "readiness", "slack_weights")
-LARGEST, SMALLEST = 1e15, 1e-9
-"""Bounds on the sizes in a vehicle [N, m]; between them no product over- or underflows."""
-SINGULAR = 1e-12
-"""Share of the largest eigenvalue of H up to which rounding in T H^-1 T' hides another, as if it were 0."""
-
-
-def checked_array(name: str, key: str, given: ArrayLike) -> FloatArray:
-    """The numbers of an array as they were given; raises VehicleError where they are none or too large."""
-    try:
-        array = real(np.asarray(given))
-    except (TypeError, ValueError, OverflowError) as error:
-        raise VehicleError(f"{name}: {key} is not an array of numbers ({error})", key) from None
-    if not np.isfinite(array).all():
-        raise VehicleError(f"{name}: {key} holds NaN or infinity; every entry must be finite", key)
-    if np.abs(array).max(initial=0.0) > LARGEST:
-        raise VehicleError(f"{name}: {key} holds a number above {LARGEST:g}; check its unit", key)
-    return array
-
-
-def check_shapes(name: str, dof: Sequence[str], arrays: Mapping[str, FloatArray]) -> None:
-    """Raise VehicleError where the DOFs or the shapes of ``ARRAYS`` are those of no vehicle."""
-    unknown = [axis for axis in dof if axis not in DOF]
-    if unknown or len(set(dof)) != len(dof) or not dof:
-        raise VehicleError(f"{name}: dof {list(dof)} must be distinct names out of {list(DOF)}", "dof")
-    T = arrays["T"]
-    if T.ndim != 2 or T.shape[0] != len(dof) or T.shape[1] == 0:
-        raise VehicleError(f"{name}: T has shape {T.shape}; give {len(dof)} rows, one a DOF", "T")
-    k, n = T.shape
-    shapes = {"H": (n, n), "f_min": (n,), "f_max": (n,), "readiness": (n,), "slack_weights": (k,)}
-    for key, shape in (shapes | {"poses": (6, n)}).items():
-        if key in arrays and arrays[key].shape != shape:
-            raise VehicleError(
-                f"{name}: {key} has shape {arrays[key].shape}; {n} thrusters and {k} DOF need {shape}", key
-            )
-
-
-def check_values(name: str, names: Sequence[str], arrays: Mapping[str, FloatArray]) -> None:
-    """Raise VehicleError where limits, weights or readiness contradict themselves."""
-    T, H, f_min, f_max, readiness, slack_weights = (arrays[key] for key in ARRAYS)
-    if np.abs(T).max() < SMALLEST:
-        raise VehicleError(f"{name}: T is all zeros; no thruster pushes any controlled DOF", "T")
-    wrong = np.flatnonzero(f_min > f_max)
-    if wrong.size:
-        i = int(wrong[0])
-        named = f" of {names[i]}" if names and names[i] else ""
-        raise VehicleError(
-            f"{name}: f_min[{i}] = {f_min[i]:g} exceeds f_max[{i}] = {f_max[i]:g}{named}", "f_min"
-        )
-    if max(np.abs(f_min).max(), np.abs(f_max).max()) < SMALLEST:
-        raise VehicleError(
-            f"{name}: f_min and f_max are all 0; give what the thrusters can push [N]", "f_max"
-        )
-    sizes = np.linalg.eigvalsh(H)
-    # Asymmetry is relative to sqrt(H_ii H_jj), the bound of |H_ij|, so that rounding in H passes.
-    diagonal = np.sqrt(np.abs(np.diag(H)))
-    lopsided = (np.abs(H - H.T) > 1e-12 * np.outer(diagonal, diagonal)).any()
-    if lopsided or sizes.min() <= SINGULAR * sizes.max():
-        raise VehicleError(f"{name}: H (or weights) must be symmetric positive definite (eq. 4)", "H")
-    if ((readiness < 0) | (readiness > 1)).any():
-        raise VehicleError(f"{name}: readiness must lie between 0 (off) and 1 (ready)")
-    if not readiness.any():
-        raise VehicleError(f"{name}: every thruster is off; at least one must work")
-    if (slack_weights <= 0).any():
-        raise VehicleError(f"{name}: slack_weights must be positive", "slack_weights")
-
-
-def check_parts(
-    name: str, n: int, slew: Slew | None, by_volts: VoltageTable | None, esc: Sequence[Esc]
-) -> None:
-    """Raise VehicleError where slew rates, limits by voltage or ESCs are not those of n thrusters."""
-    if slew is not None:
-        check_slew(slew, n)
-    if by_volts is not None:
-        check_table(by_volts, n)
-    if esc and len(esc) != n:
-        raise VehicleError(f"{name}: {len(esc)} ESCs for {n} thrusters", "esc")
+from alloc.vehicle.weak import ALL_WEAK, DRAWN, Directions, Survey, check_limit, directions, omissions
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,26 +167,26 @@ class Vehicle:
         return directions(self.T, self.readiness, far, self.dof, self.survey, self.poses)
 
     @cached_property
-    def _weak(self) -> IndexArray:
-        """Indices of the weak ``directions``, lost ones included."""
-        return self.directions.weak(self.rank, self.weak_limit)
+    def counts(self) -> FloatArray:
+        """(k,) share to which each of the ``directions`` counts: 0 of a weak or lost one, 1 of most [-]."""
+        return _frozen(self.directions.counts(self.rank, self.weak_limit))
 
     @property
     def weak(self) -> FloatArray:
         """(m, k) rows c, applied as c'tau, of the directions that methods with a share leave out."""
-        rows = self.directions.rows[self._weak]
+        rows = self.directions.rows[self.counts == 0.0]
         longest = np.abs(rows).max(axis=1, initial=0.0, keepdims=True)
         return np.where(np.abs(rows) > RANK_TOLERANCE * longest, rows, 0.0)
 
     @property
     def weak_left(self) -> FloatArray:
         """(m,) sigma / sigma_max of each weak direction [-]; 0 where no thruster pushes along it."""
-        sigma, pushed = self.directions.sigma, self._weak < self.rank
-        left = np.zeros(len(pushed))
-        left[pushed] = sigma[self._weak[pushed]] / sigma[0]
+        sigma, weak = self.directions.sigma, np.flatnonzero(self.counts == 0.0)
+        left, pushed = np.zeros(len(weak)), weak < self.rank
+        left[pushed] = sigma[weak[pushed]] / sigma[0]
         return left
 
-    @cached_property
+    @property
     def strong(self) -> "Vehicle":
         """This vehicle with T that pushes nothing along its weak directions; itself where it has none.
 
@@ -271,15 +194,28 @@ class Vehicle:
         counts with. Where failures leave all directions weak it is the vehicle itself. Raises VehicleError
         where they are weak without any failure.
         """
-        if not self._weak.size or self.units is not None:
-            return self
-        pushed = self._weak[self._weak < self.rank]
-        if len(self._weak) == self.k:
-            if self.faults:
-                return self
+        return self.mixture[-1][1]
+
+    @cached_property
+    def mixture(self) -> "tuple[tuple[float, Vehicle], ...]":
+        """Vehicles whose answers methods with a share mix, each with its w [-]; mostly (1, ``strong``) alone.
+
+        Directions whose ``counts`` w lie between 0 and 1 are pushed by the last, ``strong``, and not by the
+        first; each of the others pushes one more than that before, the largest w first. With f_j the answer
+        of the j-th the mixture is f = f_0 + sum_j w_j (f_j - f_j-1). It lies within limits, and makes 1 - w
+        of what f_0 makes along such a direction unasked. Raises as ``strong``.
+        """
+        if self.units is not None or (self.faults and not self.counts.any()):
+            return ((1.0, self),)
+        if not self.counts.any():
             raise VehicleError(f"{self.name}: {ALL_WEAK}", "weak")
+        return tuple((w, self._without(weak)) for w, weak in omissions(self.counts))
+
+    def _without(self, weak: IndexArray) -> "Vehicle":
+        """This vehicle with T that pushes nothing along these of its ``directions``."""
+        pushed = weak[weak < self.rank]
         T, units = self.directions.strong_rows(self.T, self.row_lengths, pushed, self.working)
-        if not pushed.size and (units == self.row_lengths).all():
+        if not weak.size or (not pushed.size and (units == self.row_lengths).all()):
             return self
         return replace(self, T=T, units=units, weak_limit=0.0)
 

@@ -7,7 +7,7 @@ direction is weak where sigma <= WEAK epsilon(u); one that no thruster pushes is
 eight-thruster BlueROV2 and a hexarotor, none, one or two thrusters off, 40 surveys each (3 mm, 0.3 deg; 5 mm,
 0.5 deg): lost directions have sigma / epsilon up to 1.6, all others 6.7 and more.
 sigma / sigma_max does not separate them: a healthy hexarotor's yaw has 0.021, a surveyed BlueROV2's pitch
-up to 0.039.
+up to 0.039. Between WEAK and twice that a direction counts in part, so that no share has a step in sigma.
 """
 
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from alloc.allocation import BoolArray, FloatArray, IndexArray
+from alloc.allocation import FloatArray, IndexArray
 from alloc.errors import VehicleError
 from alloc.vehicle.degeneracy import ROUNDED
 from alloc.vehicle.geometry import DOF, MOMENTS
@@ -98,12 +98,16 @@ class Directions(NamedTuple):
     epsilon: FloatArray
     scale: FloatArray
 
-    def weak(self, rank: int, below: float | None) -> IndexArray:
-        """Indices of the weak ones, those beyond the rank included; ``below`` as ``Vehicle.weak_limit``."""
+    def counts(self, rank: int, below: float | None) -> FloatArray:
+        """(k,) share w to which each counts: 0 of a weak one, 1 from twice the largest weak sigma on [-].
+
+        Between, w is linear in sigma. Those beyond the rank are weak; ``below`` as ``Vehicle.weak_limit``.
+        """
         largest = WEAK * self.epsilon if below is None else np.full(len(self.sigma), below * self.sigma[0])
-        found: BoolArray = (self.sigma <= largest) & (below != 0.0)
-        found[rank:] = True
-        return np.flatnonzero(found)
+        times = np.divide(self.sigma, largest, out=np.full(len(self.sigma), np.inf), where=largest > 0.0)
+        found: FloatArray = np.clip(times - 1.0, 0.0, 1.0)
+        found[rank:] = 0.0
+        return found
 
     def strong_rows(
         self, T: FloatArray, own: FloatArray, weak: IndexArray, working: IndexArray
@@ -127,6 +131,16 @@ class Directions(NamedTuple):
 def _counted(own: FloatArray, rms: FloatArray) -> FloatArray:
     """Lengths (k,) that rows count with: their own, or below SHORT longer ones, up to the rms for nothing."""
     return np.where(own < SHORT * rms, rms - own * (1.0 - SHORT) / SHORT, own)
+
+
+def omissions(counts: FloatArray) -> list[tuple[float, IndexArray]]:
+    """Indices of the directions that each vehicle of ``Vehicle.mixture`` leaves out, and its w [-]."""
+    weak, between = np.flatnonzero(counts == 0.0), np.flatnonzero((counts > 0.0) & (counts < 1.0))
+    between = between[np.argsort(-counts[between], kind="stable")]
+    if len(between) + len(weak) == len(counts):  # something must count
+        between = between[1:]
+    each = [np.sort(np.concatenate((weak, between[j:]))) for j in range(len(between) + 1)]
+    return list(zip((1.0, *counts[between].tolist()), each, strict=True))
 
 
 def check_limit(name: str, below: float | None) -> None:

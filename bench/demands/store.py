@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.vehicle.autopilot import Autopilot
+from alloc.vehicle.checks import ARRAYS
 from alloc.vehicle.esc import Esc
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.limits import Slew, VoltageTable
-from alloc.vehicle.model import ARRAYS
 from alloc.vehicle.weak import Survey
 from bench.demands import DemandSet
 

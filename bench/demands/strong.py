@@ -31,6 +31,14 @@ def strong_demands(vehicle: Vehicle, taus: FloatArray) -> FloatArray:
     return taus if strong is vehicle else taus @ step_maps(strong, [strong.dof])[0].T
 
 
+def across(vehicle: Vehicle, wrenches: FloatArray) -> FloatArray:
+    """Wrenches (N, k) without what they have along directions that are weak or count in part."""
+    left = (vehicle.counts < 1.0) & (np.arange(vehicle.k) < vehicle.rank)
+    rows, unit = vehicle.directions.rows[left], vehicle.directions.scale
+    rest: FloatArray = wrenches - wrenches @ rows.T @ (rows * unit**2)
+    return rest
+
+
 def unasked_weak_axes(vehicle: Vehicle, taus: FloatArray) -> FloatArray:
     """Demands (N, k) with the same strong part that ask for nothing on the axes of weak directions.
 

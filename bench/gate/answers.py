@@ -11,7 +11,7 @@ from alloc import Allocation, Label, NotApplicable, Status, Vehicle
 from alloc.allocation import BoolArray
 from alloc.formulations import list_formulations
 from alloc.live.plain import ANY_DISTANCE
-from alloc.vehicle.model import ARRAYS
+from alloc.vehicle.checks import ARRAYS
 from bench.demands import DemandSet
 from bench.demands.store import HARD, Case
 from bench.gate.contract import farthest

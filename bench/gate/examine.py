@@ -10,7 +10,7 @@ import numpy as np
 
 from alloc import Label, Status, Vehicle
 from alloc.errors import UnknownName
-from alloc.vehicle.model import ARRAYS
+from alloc.vehicle.checks import ARRAYS
 from bench.demands import DemandSet, labelled
 from bench.demands.store import Case
 from bench.gate.answers import (

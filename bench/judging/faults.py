@@ -7,9 +7,9 @@ import numpy as np
 
 from alloc import Allocation, Label, NotApplicable, Status, Vehicle, label
 from alloc.allocation import EXACT_TOLERANCE, WRENCH_TOLERANCE, BoolArray, FloatArray, IndexArray, StatusArray
-from alloc.formulations import find_formulation
+from alloc.formulations import Formulation, find_formulation, mixed
 from bench.demands import DemandSet
-from bench.demands.strong import strong_demands, strong_vehicle
+from bench.demands.strong import across, strong_demands, strong_vehicle
 from bench.judging.question import Question, right_answers
 
 
@@ -35,9 +35,10 @@ def misstated(
     if find_way is None or not said.size:
         return wrong
     try:
-        way = find_way(vehicle)
+        parts = find_formulation(formulation).parts(vehicle)
     except NotApplicable:
         return wrong
+    way = parts[0].way
     wrong[said] |= [len(shares[i]) != len(way.keep) for i in said.tolist()]
     rows = said[~wrong[said]]
     taken = np.array([shares[i] for i in rows.tolist()]).reshape(len(rows), len(way.keep))
@@ -45,11 +46,47 @@ def misstated(
         np.broadcast_to(side, (len(demands.taus), vehicle.n))[demand[rows]] for side in demands.limits
     )
     begin = way.departure(low, np.maximum(low, high))
-    seen = find_formulation(formulation).subject(vehicle)
-    missed = f[rows] @ seen.TP.T - way.delivered(demands.taus[demand[rows]], begin, taken)
-    off = np.abs(missed / seen.wrench_scale).max(axis=1, initial=0.0)
-    wrong[rows] = ~(off <= wrench_tolerance + vehicle.n * tolerance)
+    seen, taus, allowed = (
+        parts[0].vehicle,
+        demands.taus[demand[rows]],
+        wrench_tolerance + vehicle.n * tolerance,
+    )
+    if len(parts) == 1:
+        end = way.delivered(taus, begin, taken)
+    else:  # shares of a mixture don't tell those of its parts
+        ends_at = low, np.maximum(low, high)
+        each = [part.way.towards_many(taus, part.way.departure(*ends_at)) for part in parts]
+        end = across(vehicle, mixed([ends for ends, _ in each], [part.w for part in parts]))
+        taken -= mixed([shares for _, shares in each], [part.w for part in parts])
+        wrong[rows] = ~(np.abs(taken).max(axis=1, initial=0.0) <= allowed)
+    off = np.abs((f[rows] @ seen.TP.T - end) / seen.wrench_scale).max(axis=1, initial=0.0)
+    wrong[rows] |= ~(off <= allowed)
     return wrong
+
+
+def promised(demands: DemandSet, formulation: Formulation) -> tuple[Vehicle, FloatArray]:
+    """Vehicle whose wrench answers are held to, and what it makes (N, k) where all is delivered [N, N m].
+
+    Of a direction that is weak or counts in part neither says anything (``Vehicle.mixture``).
+    """
+    vehicle, taus = demands.vehicle, demands.taus
+    if formulation.way is None:
+        return vehicle, taus
+    seen = formulation.subject(vehicle)
+    if seen.rank == vehicle.rank:
+        return seen, demands.strong[1]
+    try:
+        parts = formulation.parts(vehicle)
+    except NotApplicable:
+        return seen, across(vehicle, demands.strong[1])
+    ends = []
+    for part in parts:
+        begin, all_of_it = (
+            part.way.departure(vehicle.f_min, vehicle.f_max),
+            np.ones((len(taus), len(part.way.keep))),
+        )
+        ends.append(part.way.delivered(taus, begin, all_of_it))
+    return seen, across(vehicle, mixed(ends, [part.w for part in parts]))
 
 
 def has_weak_part(demands: DemandSet) -> BoolArray:
@@ -121,7 +158,7 @@ def measured(question: Question, answers: Sequence[Allocation], formulation: str
     f = np.where(finite[:, None], F, 0.0)
     right = right_answers(question, formulation)
     definition = find_formulation(formulation)
-    seen, asked = definition.subject(vehicle), demands.strong[1] if definition.way else demands.taus
+    seen, asked = promised(demands, definition)
     error = np.abs(f @ seen.TP.T - asked[demand])
     low, high = (np.broadcast_to(side, right.shape)[demand] for side in demands.limits)
     return Measured(

@@ -14,7 +14,14 @@ from alloc.allocation import FloatArray, StatusArray
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.discovery import PROMISES
 from alloc.errors import UnknownName
-from alloc.formulations import EndOf, Formulation, find_formulation, list_formulations, refuse_misspelt
+from alloc.formulations import (
+    EndOf,
+    Formulation,
+    find_formulation,
+    list_formulations,
+    mixed,
+    refuse_misspelt,
+)
 from alloc.formulations.hard import FORMULATION as HARD
 from alloc.formulations.unlimited import FORMULATION as UNLIMITED
 from bench.demands import DemandSet
@@ -154,39 +161,55 @@ def _ask_references(formulation: Formulation, made: list[Question], ask: Ask) ->
             break
         replies = iter(ask(method, [case for _, cases in pending for case in cases]))
         for question, cases in pending:
-            answers, *others = (next(replies) for _ in cases)
-            if isinstance(answers, Answers):
-                question.right[name] = _right(formulation, question, answers)
-                question.reference[name] = method
-                if others and isinstance(others[0], Answers):
-                    at_end = 2 * question.right[name] - _right(formulation, question, others[0])
-                    question.right[name] = np.where(np.isfinite(at_end), at_end, question.right[name])
+            right = _right(formulation, question, [next(replies) for _ in cases])
+            if right is not None:
+                question.right[name], question.reference[name] = right, method
         pending = [(question, cases) for question, cases in pending if name not in question.right]
     for question in made:  # without right answers, judged by limits, wrench and certificates alone
         question.right.setdefault(name, np.full_like(question.right[UNLIMITED.name], np.nan))
 
 
 def _reference_cases(formulation: Formulation, demands: DemandSet) -> list[Case]:
-    """Cases for the references: one, or two whose answers give those of a third (``EndOf``).
+    """Cases for the references: one, or of each way two whose answers give those of a third (``EndOf``).
 
     Empty where the formulation does not say it of this vehicle.
     """
-    given = demands.vehicle, demands.taus, demands.f_min, demands.f_max
+    given = demands.taus, demands.f_min, demands.f_max
     asked = formulation.reference_demands
     try:
-        each = asked.twice(*given) if isinstance(asked, EndOf) else (asked(*given),)
+        each = (
+            [
+                (part.vehicle, taus)
+                for part in formulation.parts(demands.vehicle)
+                for taus in asked.twice(part.way, demands.vehicle, *given)
+            ]
+            if isinstance(asked, EndOf)
+            else [(formulation.subject(demands.vehicle), asked(demands.vehicle, *given))]
+        )
     except NotApplicable:
         return []
-    vehicle = formulation.subject(demands.vehicle)
-    return [Case(vehicle, taus, demands.f_min, demands.f_max) for taus in each]
+    return [Case(vehicle, taus, demands.f_min, demands.f_max) for vehicle, taus in each]
 
 
-def _right(formulation: Formulation, question: Question, answers: Answers) -> FloatArray:
-    given = answers.status == Status.SOLVED
-    if formulation.gives_way:
-        given |= answers.status == Status.PARTIAL
-    F: FloatArray = np.where(given[:, None], answers.F, np.nan)
-    optimal = formulation.optimal_for(question.demands.vehicle)
+def _right(
+    formulation: Formulation, question: Question, replies: Sequence[Answers | Unanswered]
+) -> FloatArray | None:
+    """Right answers (N, n) out of those to ``_reference_cases``; None where a reference has none."""
+    taken = []
+    for answers in replies:
+        if not isinstance(answers, Answers):
+            return None
+        given = answers.status == Status.SOLVED
+        if formulation.gives_way:
+            given |= answers.status == Status.PARTIAL
+        taken.append(np.where(given[:, None], answers.F, np.nan))
+    F: FloatArray = taken[0]
+    vehicle = question.demands.vehicle
+    if len(taken) > 1:  # answers a little before an end, and twice as far before it
+        pairs = zip(taken[::2], taken[1::2], strict=True)
+        ends = [np.where(np.isfinite(2 * near - far), 2 * near - far, near) for near, far in pairs]
+        F = mixed(ends, [w for w, _ in vehicle.mixture])
+    optimal = formulation.optimal_for(vehicle)
     return _closed_form_where_inactive(question, F, formulation) if optimal else F
 
 

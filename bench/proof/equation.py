@@ -117,6 +117,8 @@ def _sides(program: Program, fault: int, of: Subject) -> list[Sides]:
     tau = [atom(nodes.index(entry)) if entry in nodes else Form() for entry in entries]
     solved = _condition_of_solved(program)
     if program.size("share"):
+        if len(of.target.with_fault(fault).mixture) > 1:
+            raise NotRead("answers of several vehicles are mixed, as a direction counts in part")
         return _by_shares(program, vehicle, tau, solved, of, fault)
     off = {program.outputs["f", fault]: Form()} if fault >= 0 else {}  # zero, by the claim on limits
     bounds = Comparisons(program, of.scalar, off, *solved)

@@ -81,17 +81,6 @@ def test_the_surveyed_six_thruster_bluerov2_surges_and_dives() -> None:
         assert abs(heave.residual[4]) < 0.06
 
 
-def test_a_direction_counts_wholly_from_twice_its_error_on() -> None:
-    vehicle = load_vehicle(Path("docs/vehicles/bluerov2-surveyed.yaml"))
-    assert vehicle.poses is not None
-    made = []
-    for times in (3.94, 4.0):
-        poses = vehicle.poses * np.array([1, 1, 1, 1, times, 1])[:, None]
-        farther = replace(vehicle, T=poses, poses=poses)
-        made.append((poses @ build("scaled", farther)(60.0 * np.eye(6)[0]).f)[0])
-    assert made == pytest.approx([54.0, 12.0], abs=0.5)  # the page's numbers; a taper would join them
-
-
 @pytest.mark.parametrize("method", WITH_SHARE)
 def test_a_demand_along_a_weak_axis_costs_the_others_next_to_nothing(method: str) -> None:
     """A pitch of millimetres counted as 0.24 of an arm: 5 N m of it made -13 N of surge."""

@@ -10,7 +10,7 @@ import pytest
 from alloc import Allocation, Label, NotApplicable, Vehicle, build, list_vehicles, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.nullspace.region import prepare
-from alloc.vehicle.model import ARRAYS
+from alloc.vehicle.checks import ARRAYS
 from bench.demands import DemandSet, build_demands
 from bench.gate.answers import answered, first, wrong
 from bench.gate.examine import judge_cell, side_vehicle

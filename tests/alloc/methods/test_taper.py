@@ -1,0 +1,163 @@
+"""Between weak and strong a direction counts in part: no share has a step in sigma, in Python and in C."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from alloc import Status, Vehicle, build, load_vehicle
+from alloc.allocation import FloatArray
+from alloc.c import missing
+from alloc.c.target import Target
+from alloc.methods import recipe
+from alloc.program import Scalar, Where, at_fault, evaluate
+from alloc.vehicle.weak import WEAK, Survey
+from bench.demands import labelled
+from bench.demands.surveys import fail_thrusters, hexarotor, move_poses, pushable_demands
+from bench.judging.judge import judge
+from bench.judging.question import ask_here, questions
+
+WITH_SHARE = ("scaled", "scaled-by-group", "priority")
+SURVEYED = load_vehicle(Path("docs/vehicles/bluerov2-surveyed.yaml"))
+OFF = {"bluerov2-heavy": (4, 5), "hexarotor": (0, 3)}
+FAR = Survey(30.0, 3.0)
+"""Errors of a survey that leave a lost direction enough for single precision: a condition of 30 or less."""
+names = pytest.mark.parametrize("name", ["bluerov2", *OFF])
+
+
+def surveyed(name: str) -> Vehicle:
+    """A vehicle with a direction that its drawing lost, as a survey finds it."""
+    if name == "bluerov2":
+        return SURVEYED
+    drawing = hexarotor() if name == "hexarotor" else load_vehicle(name)
+    return fail_thrusters(move_poses(drawing, FAR, np.random.default_rng(3)), OFF[name])
+
+
+def at(vehicle: Vehicle, ratio: float) -> Vehicle:
+    """The vehicle with a survey by which the least sigma / epsilon is so much."""
+    found = vehicle.directions
+    by = float((found.sigma / found.epsilon).min()) / ratio
+    survey = Survey(by * vehicle.survey.mm, by * vehicle.survey.deg)
+    return replace(vehicle, survey=survey, name=f"{vehicle.name}-{100 * ratio:.0f}")
+
+
+def demands(vehicle: Vehicle, count: int = 30) -> FloatArray:
+    """Demands (count, k) along what is strong and what is weak, beyond the limits too."""
+    return pushable_demands(vehicle, count, np.random.default_rng(5))
+
+
+@names
+@pytest.mark.parametrize("method", WITH_SHARE)
+def test_answers_go_straight_from_the_weak_one_to_the_strong_one(name: str, method: str) -> None:
+    """Thrusts, shares and residuals; at 2 and 4 epsilon they are those of either side, so nothing steps."""
+    vehicle = surveyed(name)
+    taus = demands(vehicle)
+    low, high = at(vehicle, 0.999 * WEAK), at(vehicle, 2.001 * WEAK)
+    assert high.strong is high
+    for tau in taus:
+        weak, strong = (build(method, one)(tau) for one in (low, high))
+        for ratio in (1.0001 * WEAK, 1.25 * WEAK, 1.5 * WEAK, 1.9999 * WEAK):
+            one = at(vehicle, ratio)
+            w = ratio / WEAK - 1.0
+            assert one.counts[-1] == pytest.approx(w)
+            found = build(method, one)(tau)
+            for key in ("f", "share", "residual"):
+                ours, past, ahead = (np.asarray(getattr(each, key)) for each in (found, weak, strong))
+                np.testing.assert_allclose(ours, past + w * (ahead - past), atol=1e-7 * vehicle.f_scale)
+            assert ((vehicle.f_min <= found.f) & (found.f <= vehicle.f_max)).all()
+            solved = weak.status is strong.status is Status.SOLVED
+            assert found.status is (Status.SOLVED if solved else Status.PARTIAL)
+
+
+@pytest.mark.parametrize("method", WITH_SHARE)
+def test_a_share_has_no_step_where_poses_move_a_direction_through_the_band(method: str) -> None:
+    """Just above twice its error pitch counted wholly, and surge 60 fell from 54 N to 12."""
+    assert SURVEYED.poses is not None
+    taus = np.vstack([60.0 * np.eye(6)[0], demands(SURVEYED, 5)])
+    before: tuple[FloatArray, float] | None = None
+    for times in np.linspace(3.9, 8.3, 221):
+        poses = SURVEYED.poses * np.array([1, 1, 1, 1, times, 1])[:, None]
+        vehicle = replace(SURVEYED, T=poses, poses=poses)
+        allocate = build(method, vehicle)
+        shares = np.array([allocate(tau).share[0] for tau in taus])
+        if before is not None:
+            counted = vehicle.counts[-1] - before[1]
+            assert np.abs(shares - before[0]).max() <= counted + 0.01  # and 0.005 of sigma besides
+        before = shares, float(vehicle.counts[-1])
+    assert before is not None
+    assert before[1] == 1.0
+
+
+def test_several_directions_count_each_by_its_own_share() -> None:
+    """Two that count in part make three answers, the one with the larger share first."""
+    vehicle = fail_thrusters(move_poses(load_vehicle("subjugator8"), FAR, np.random.default_rng(3)), (1, 6))
+    sigma = vehicle.directions.sigma / vehicle.directions.sigma[0]
+    vehicle = replace(vehicle, weak_limit=float(sigma[-2]) / 1.8)
+    between = vehicle.counts[(vehicle.counts > 0.0) & (vehicle.counts < 1.0)]
+    ws = [w for w, _ in vehicle.mixture]
+    assert ws == [1.0, *sorted(between, reverse=True)]
+    ranks = [one.rank for _, one in vehicle.mixture]
+    assert ranks == list(range(ranks[0], ranks[0] + len(ws)))
+    assert vehicle.mixture[-1][1] is vehicle.strong
+
+
+@names
+@pytest.mark.parametrize("method", WITH_SHARE)
+@pytest.mark.parametrize(("scalar", "error"), [("double", 1e-9), ("float", 2e-3)])
+@pytest.mark.parametrize("limits", ["fixed", "call"])
+def test_c_mixes_as_python_does(name: str, method: str, scalar: Scalar, error: float, limits: Where) -> None:
+    vehicle = at(surveyed(name), 1.4 * WEAK)
+    taus, allocate = demands(vehicle), build(method, vehicle)
+    target = Target(vehicle=vehicle, method=recipe(method), scalar=scalar, limits=limits, faults="none")
+    ends = [np.tile(side, (len(taus), 1)) for side in (0.7 * vehicle.f_min, 0.5 * vehicle.f_max)]
+    ends = ends if limits == "call" else []
+    got = evaluate(target.programs[-1], taus, *ends)
+    answers = [allocate(tau, *(side[0] for side in ends)) for tau in taus]
+    np.testing.assert_allclose(got.share, [one.share for one in answers], atol=error)
+    np.testing.assert_allclose(got.F, [one.f for one in answers], atol=10 * error * vehicle.f_scale)
+    assert (got.status == [one.status for one in answers]).all()
+    F, status = allocate.many(taus, *ends)
+    np.testing.assert_allclose(F, [one.f for one in answers], atol=1e-9 * vehicle.f_scale)
+    assert (status == [one.status for one in answers]).all()
+
+
+def test_c_for_all_faults_mixes_where_a_failure_makes_a_direction_count_in_part() -> None:
+    whole = move_poses(load_vehicle("bluerov2-heavy"), Survey(), np.random.default_rng(3)).with_fault(4)
+    vehicle = replace(whole, survey=at(whole.with_fault(5), 1.5 * WEAK).survey)
+    assert len(vehicle.mixture) == 1
+    made = Target(vehicle=vehicle, method=recipe("scaled"), limits="call", faults="all").programs
+    degraded = vehicle.with_fault(5)
+    assert len(degraded.mixture) == 2
+    taus = demands(degraded)
+    own = [np.tile(side, (len(taus), 1)) for side in (degraded.f_min, degraded.f_max)]
+    got = evaluate(at_fault(made[5], 5) if made[5].faults else made[5], taus, *own)
+    np.testing.assert_allclose(got.F, build("scaled", degraded).many(taus)[0], atol=1e-8 * vehicle.f_scale)
+
+
+@pytest.mark.skipif(bool(missing()), reason=missing() or "-")
+@pytest.mark.parametrize("method", WITH_SHARE)
+def test_compiled_c_states_what_is_left_along_such_a_direction(method: str) -> None:
+    vehicle = at(SURVEYED, 1.4 * WEAK)
+    ours, theirs = build(method, vehicle), build(f"{method}@native", vehicle)
+    for tau in demands(vehicle, 10):
+        one, other = ours(tau), theirs(tau)
+        for key in ("f", "share", "residual"):
+            np.testing.assert_allclose(getattr(other, key), getattr(one, key), atol=1e-8 * vehicle.f_scale)
+
+
+@names
+@pytest.mark.parametrize("method", WITH_SHARE)
+def test_the_judge_agrees_with_what_is_promised(name: str, method: str) -> None:
+    vehicle = at(surveyed(name), 1.4 * WEAK)
+    asked = labelled("any", vehicle, demands(vehicle))
+    (question,) = questions([asked], ask_here, {method})
+    allocate = build(method, vehicle)
+    answers = [allocate(tau) for tau in asked.taus]
+    found = judge(question, answers, formulation=method, limited=True, tolerance=allocate.tolerance)
+    assert found.wrong == ""
+    assert found.agrees is not False
+    assert (asked.alpha[[one.status is Status.SOLVED for one in answers]] >= 1.0 - 1e-6).all()
+    broken = [one._replace(share=tuple(0.9 * part for part in one.share)) for one in answers]
+    wrong = judge(question, broken, formulation=method, limited=True, tolerance=allocate.tolerance).wrong
+    assert "shares of its levels" in wrong
