@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import get_args
 
 from alloc.errors import FileError, VehicleError
+from alloc.lint.autopilot import choose, on_autopilot
 from alloc.lint.current import on_current
 from alloc.lint.esc import on_esc
 from alloc.lint.failures import failures, on_exact_method, on_failures, on_weak, pairs
@@ -21,11 +22,14 @@ from alloc.lint.geometry import (
 from alloc.lint.limits import on_limits, on_moving_limits, on_units
 from alloc.lint.report import Facts, Failure, Finding, Level, Pairs, Report, error
 from alloc.vehicle.condition import condition
-from alloc.vehicle.file import find_file, matrices, read_document, vehicle_with
+from alloc.vehicle.file import find_file, matrices, poses, read_document, vehicle_with
 
 
-def check_vehicle(name: str | Path) -> Report:
-    """Check a vehicle file as far as it can be understood; raises UnknownName where there is none."""
+def check_vehicle(name: str | Path, autopilot: str = "") -> Report:
+    """Check a vehicle file as far as it can be understood, with its ``autopilot`` or that of its key.
+
+    Raises UnknownName where there is no such file, VehicleError and FileError for an autopilot that is none.
+    """
     path = find_file(name)
     try:
         document = read_document(path)
@@ -35,6 +39,8 @@ def check_vehicle(name: str | Path) -> Report:
             return Report(path, None, (Finding("error", "esc", None, str(reason)),))
         return Report(path, None, (Finding("error", key, reason.line, reason.what),))
     keys, lines = document.keys, document.tree.lines
+    if autopilot:
+        keys.autopilot = choose(autopilot, keys.autopilot)
     collected = list(on_name(keys, path))
     facts = None
     lost: tuple[Failure, ...] = ()
@@ -56,6 +62,7 @@ def check_vehicle(name: str | Path) -> Report:
         collected += on_current(keys, vehicle)
         collected += on_weights(vehicle)
         collected += on_weak(vehicle)
+        collected += on_autopilot(vehicle, poses(keys, T))
         lost, both = tuple(failures(vehicle)), tuple(pairs(vehicle))
         collected += on_failures(lost, condition(vehicle.strong))
         steps, remarked = on_exact_method(vehicle)

@@ -24,6 +24,7 @@ TITLE = "drawn by thrustbench check"
 @click.option("--failures", is_flag=True, help="Failures that show, look alike, and demands to tell them.")
 @click.option("--noise", default="", metavar="N,…", help="Of a measured wrench, one number or one a DOF.")
 @click.option("-o", "--output", type=PATH, help="With --failures: the demands to fly, as CSV.")
+@click.option("--autopilot", default="", metavar="A", help="ardusub:FRAME, a parameter file, or key.")
 @click.option("--picture", type=PATH, metavar="FILE", help="An .svg, .pdf or .png [<vehicle>.svg, here].")
 @click.option("--no-picture", is_flag=True, help="Draw nothing.")
 def command(
@@ -33,6 +34,7 @@ def command(
     failures: bool,
     noise: str,
     output: Path | None,
+    autopilot: str,
     picture: Path | None,
     no_picture: bool,
 ) -> int:
@@ -41,8 +43,10 @@ def command(
     Errors (exit code 2), warnings, and what each failure costs. What commands make is drawn where it has
     'esc', as <vehicle>-esc.svg. With --probe the table of the pool is drawn too, as <vehicle>-probe.svg and
     .pdf beside the drawing. With --failures: the smallest loss of each thruster that shows, pairs that look
-    alike, and demands to fly that tell the others apart, given the noise of a wrench [N, N m].
+    alike, and demands to fly that tell the others apart, given the noise of a wrench [N, N m]. With
+    --autopilot: a table of what each input makes; key is the file's own.
     """
+    from alloc.lint.autopilot import as_text as factors_as_text
     from alloc.lint.check import check_vehicle
     from alloc.lint.probe import as_text, probes
     from alloc.lint.report import as_table, to_json
@@ -54,12 +58,14 @@ def command(
         raise click.UsageError("--noise and -o are of --failures; give that too")
     if failures and as_json:
         raise click.UsageError("--failures is text, and a CSV with -o; leave out --json")
-    report = check_vehicle(vehicle)
-    drawn, mounting = _read(report.path) if report.facts is not None else (None, None)
+    report = check_vehicle(vehicle, autopilot)
+    drawn, mounting = _read(report.path, autopilot) if report.facts is not None else (None, None)
     tried = probes(drawn) if probe and drawn is not None else None
     echo(to_json(report, tried) if as_json else as_table(report))
     for line in weak_lines(drawn) if drawn is not None and not as_json else []:
         echo(line)
+    if autopilot and drawn is not None and drawn.autopilot is not None and not as_json:
+        echo(factors_as_text(drawn, drawn.autopilot))
     if tried is not None and not as_json:
         echo(as_text(tried))
     if failures and drawn is not None:
@@ -79,11 +85,14 @@ def command(
     return 0
 
 
-def _read(file: Path) -> "tuple[Vehicle, Mounting]":
+def _read(file: Path, autopilot: str) -> "tuple[Vehicle, Mounting]":
     """The vehicle of a file that has no error in T or limits, and where its thrusters stand."""
+    from alloc.lint.autopilot import choose
     from alloc.vehicle.file import matrices, poses, read_document, vehicle_with
 
     keys = read_document(file).keys
+    if autopilot:
+        keys.autopilot = choose(autopilot, keys.autopilot)
     T, _ = matrices(keys)
     return vehicle_with(keys, T), poses(keys, T)
 
