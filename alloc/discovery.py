@@ -1,5 +1,6 @@
 """The catalogue: all methods, what is missing to build some of them, and ``build`` by name."""
 
+import re
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from alloc.allocation import Allocator
 from alloc.errors import NotInstalled, PluginError, UnknownName, unknown
 from alloc.files.modules import check_for, modules
+from alloc.foreign import COMMAND, is_compiled, is_program
 from alloc.formulations import Family, find_formulation, nearly
 from alloc.live.plain import ANY_DISTANCE, EXACT, Plain, check_declared
 from alloc.vehicle import Vehicle
@@ -38,6 +40,8 @@ class Entry:
     summary : one line on what the method does
     missing : empty where the method can be built, else how to get what it needs
     prepare : function (vehicle, start=…, level=…) that returns the allocator: ``build`` of the module
+    idle_call : function (vehicle) that returns a function which does nothing and is called as the allocator
+        of somebody's library or program is; None for all else
     """
 
     name: str
@@ -51,6 +55,7 @@ class Entry:
     summary: str = ""
     missing: str = ""
     prepare: Callable[..., Allocator]
+    idle_call: Callable[[Vehicle], Callable[..., object]] | None = None
 
 
 @cache
@@ -84,12 +89,12 @@ def prepare(entry: Entry, vehicle: Vehicle, *, start: str = "", level: str = "")
 
 
 def find(name: str) -> Entry:
-    """The catalogue's entry of that name, else the method in the file of that name; raises UnknownName."""
+    """The catalogue's entry of that name, else the user's method of that name; raises UnknownName."""
     for entry in catalogue():
         if entry.name == name:
             return entry
-    if (path := Path(name)).is_file():
-        return load_plugin(path)
+    if is_plugin(name):
+        return load_plugin(name)
     raise unknown("method", name, (entry.name for entry in catalogue()))
 
 
@@ -145,14 +150,22 @@ def _in_c(method: str) -> str:
     return next((entry.twin for entry in catalogue() if entry.name == method and entry.twin), method)
 
 
-def load_plugin(path: Path) -> Entry:
-    """The method in a file, named after it: Python, or a shared library with ``alloc.foreign``'s C interface.
+def is_plugin(name: str) -> bool:
+    """True if a method's name is a user's file or command, and none of the catalogue."""
+    return name.startswith(COMMAND) or Path(name).is_file()
 
-    ``alloc.methods`` says what a Python file may hold. Its ``build`` returns an allocator, or a plain
-    function tau -> f, whose status ``alloc.live.plain`` works out.
+
+def load_plugin(name: Path | str) -> Entry:
+    """The method in a file, named after it, or behind a command.
+
+    The file is Python, a shared library with ``alloc.foreign``'s C interface, or a program with its line
+    protocol, which a command, ``exec:COMMAND``, speaks too. ``alloc.methods`` says what a Python file may
+    hold. Its ``build`` returns an allocator, or a plain function tau -> f, whose status ``alloc.live.plain``
+    works out.
     Raises PluginError where the file can't be loaded, has no ``build``, or declares what there is not.
     """
-    module, loaded = _compiled(path), set[str]()
+    path = Path(name)
+    module, loaded = _foreign(name), set[str]()
     if module is None:
         module, loaded = _imported(path)
     check_declared(path, module)
@@ -164,14 +177,17 @@ def load_plugin(path: Path) -> Entry:
     used = {value.__name__ for value in vars(module).values() if isinstance(value, ModuleType)}
     if shadowed := _shadowed(path, used | loaded):
         raise PluginError(f"{path}: {shadowed}; rename the file beside the plug-in, or uninstall the other")
-    entry = _entry(plugin_name(path), module)
+    entry = _entry(plugin_name(name), module)
     return replace(entry, prepare=partial(_built, path, module))
 
 
-def _compiled(path: Path) -> ModuleType | None:
-    """A shared library with the C interface as a module; None for any other file."""
-    from alloc.foreign import is_compiled
+def _foreign(name: Path | str) -> ModuleType | None:
+    """A command, a program or a shared library as a module; None for any other file."""
+    path = Path(name)
+    if str(name).startswith(COMMAND) or is_program(path):
+        from alloc.foreign import program
 
+        return program.plugin(str(name), program.words(name))
     if not is_compiled(path):
         return None
     from alloc.foreign.bind import plugin  # with all that makes C
@@ -277,9 +293,11 @@ def _entries(module: ModuleType) -> Iterator[Entry]:
         yield _entry(_hyphened(module.__name__.rpartition(".")[2]), module)
 
 
-def plugin_name(path: Path) -> str:
-    """The name of the method in a user's file: a_b.py holds a-b."""
-    return _hyphened(path.stem)
+def plugin_name(name: Path | str) -> str:
+    """The name of a user's method: a_b.py holds a-b, and ``exec:ssh host ./mine`` is ssh-host-mine."""
+    if str(name).startswith(COMMAND):
+        return "-".join(re.findall(r"[\w@][\w.@]*", str(name).removeprefix(COMMAND)))
+    return _hyphened(Path(name).stem)
 
 
 def _hyphened(file: str) -> str:
@@ -303,4 +321,5 @@ def _entry(name: str, module: ModuleType, variant: "Variant | None" = None) -> E
         summary=variant.summary if variant else getattr(module, "SUMMARY", summary),
         missing=variant.missing if variant else "",
         prepare=partial(module.build, variant.key) if variant else module.build,
+        idle_call=getattr(module, "idle_call", None),
     )

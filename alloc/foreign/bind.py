@@ -81,12 +81,22 @@ def plugin(path: Path, rule: str) -> ModuleType:
         "LIMITED": promise.limited,
         "TOLERANCE": promise.tolerance,
     }
-    vars(module).update(declared, FOREIGN=True, build=partial(bound, path, library, promise))
+    vars(module).update(
+        declared,
+        FOREIGN=True,
+        build=partial(bound, path, library, promise),
+        idle_call=partial(bound, path, library, promise, is_idle=True),
+    )
     return module
 
 
-def bound(path: Path, library: ctypes.CDLL, promise: LibraryPromise, vehicle: Vehicle) -> Allocator:
-    """The library's allocator for a vehicle; raises NotApplicable, NotInstalled."""
+def bound(
+    path: Path, library: ctypes.CDLL, promise: LibraryPromise, vehicle: Vehicle, *, is_idle: bool = False
+) -> Allocator:
+    """The library's allocator for a vehicle; raises NotApplicable, NotInstalled.
+
+    With ``is_idle`` a function that does nothing stands in place of the library's: its calls are the way in.
+    """
     if lacking := missing():
         raise NotInstalled(f"{path}: {lacking}")
     scalar = SCALARS[library.tba_interface()]
@@ -109,11 +119,13 @@ def bound(path: Path, library: ctypes.CDLL, promise: LibraryPromise, vehicle: Ve
         raise NotApplicable(
             f"{vehicle.name}: {path.name} refuses it: {_text(reason.value) or 'no reason given'}"
         )
-    call = ctypes.cast(library.tba_call, ctypes.c_void_p).value
+    caller = _caller(scalar is np.float32)
+    function = ctypes.CDLL(str(caller)).foreign_nothing if is_idle else library.tba_call
+    call = ctypes.cast(function, ctypes.c_void_p).value
     sizes = (vehicle.k, vehicle.n, shares)
     context = _Context(call, allocator, path.name.encode(), *sizes, room.ctypes.data)
     return native(
-        _caller(scalar is np.float32),
+        caller,
         ("foreign_call", "foreign_call"),
         vehicle,
         context=ctypes.addressof(context),

@@ -88,3 +88,12 @@ int foreign_call(const struct context *c, const double *tau, const double *f_min
     }
     return status >= 0 && status <= TBA_NOT_CONVERGED ? status : TBA_NOT_CONVERGED;
 }
+
+/* Stands for an allocator that takes no time: a call of it is the way in. */
+int foreign_nothing(void *allocator, const struct tba_input *input, struct tba_output *output)
+{
+    (void)allocator;
+    (void)input;
+    (void)output;
+    return TBA_SOLVED;
+}

@@ -65,7 +65,7 @@ def command(
     wrench, limits and shares. Whether it is the optimum that FORMULATION promises, `run` says.
     """
     from alloc import load_vehicle
-    from alloc.discovery import find, load_plugin, plugin_name, prepare
+    from alloc.discovery import find, is_plugin, load_plugin, plugin_name, prepare
     from alloc.errors import PluginError, UnknownName, VehicleError
     from alloc.files.textfile import write_text
     from bench.harness.process import apart
@@ -76,8 +76,8 @@ def command(
     from bench.results.text import harmless
 
     not_over(output, demands)
-    if not plugins and Path(method).is_file():
-        plugins, method = (Path(method),), plugin_name(Path(method))
+    if not plugins and is_plugin(method):
+        plugins, method = (Path(method),), plugin_name(method)
     named = [file for file in plugins if plugin_name(file) == method]
     plugin = next(iter([*named, *plugins]), None)
     answering = load_vehicle(vehicle)

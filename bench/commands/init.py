@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 @click.option("--like", default="", metavar="VEHICLE", help="Start from this one; else a few questions.")
 @click.option(
     "--language",
-    type=click.Choice(["python", "c"]),
+    type=click.Choice(["python", "c", "cpp", "rust", "exec"]),
     default="python",
     show_default=True,
     help="Of the plug-in.",
@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 def command(name: str, like: str, language: str) -> None:
     """Write files to start from: a vehicle, demands and a plug-in.
 
-    They are NAME.yaml, demands.csv, and my_allocator.py, or my_allocator.c with its interface.
+    They are NAME.yaml, demands.csv, and my_allocator.py, or what a plug-in in C, C++ or Rust is built of;
+    exec is a program that answers line by line.
     """
     from alloc.errors import FileError
     from alloc.files.textfile import write_text
@@ -43,15 +44,17 @@ def command(name: str, like: str, language: str) -> None:
     write_text(vehicle_file, text)
     write_text(demands, starter.first_demands(vehicle))
     for file, text in methods.items():
+        file.parent.mkdir(exist_ok=True)
         write_text(file, text)
-    source = next(iter(methods))
-    method = source.with_suffix(".so") if language == "c" else source
-    builds = f"cc -std=c99 -O2 -shared -fPIC {source} -o {method} && \\\n  " if language == "c" else ""
+        if text.startswith("#!"):
+            file.chmod(0o755)
+    source, (_, build, method) = next(iter(methods)), starter.LANGUAGES[language]
+    builds = f"{build} && \\\n  " if build else ""
     echo(
         f"{vehicle_file}  the vehicle: put your own numbers in, then  thrustbench check {vehicle_file}\n"
         f"{demands}  each axis alone, then together:  thrustbench allocate --vehicle {vehicle_file}"
         f" --method nullspace {demands}\n"
-        f"{source}  a method of yours:  {builds}thrustbench run --vehicle {vehicle_file} --plugin {method}"
+        f"{source}  a method of yours:  {builds}thrustbench run --vehicle {vehicle_file} --method {method}"
         " --method nullspace --method pinv --quick"
     )
 

@@ -19,7 +19,11 @@ from bench.commands import (
 @click.command()
 @click.option("--vehicle", "vehicles", multiple=True, metavar="V", help="A shipped name or a YAML file.")
 @click.option(
-    "--method", "methods", multiple=True, metavar="M", help="As in `thrustbench list`, qp/*, or a file."
+    "--method",
+    "methods",
+    multiple=True,
+    metavar="M",
+    help="As in `thrustbench list`, qp/*, a file, exec:COMMAND.",
 )
 @click.option("--demands", multiple=True, metavar="D", help="A set's name, a CSV, bag or ULog.")
 @click.option(
@@ -49,7 +53,7 @@ from bench.commands import (
     "plugins",
     multiple=True,
     metavar="FILE",
-    help="Python file or library with a method; alone, unless --method names others.",
+    help="File or exec:COMMAND with a method; alone, unless --method names others.",
 )
 @click.option("--repeats", type=click.IntRange(1), help="Fresh processes a method [2].")
 @click.option("--seed", type=click.IntRange(0), help="Of demands and order [0].")
@@ -103,6 +107,7 @@ def command(
     from msgspec.structs import replace
     from rich.console import Console
 
+    from alloc.discovery import is_plugin
     from bench.harness import machine, plan
     from bench.harness.run import Interrupted, run
     from bench.harness.state import bar
@@ -114,9 +119,9 @@ def command(
     if study and preset:
         raise click.UsageError("give one of --study, --quick and --all")
     console = Console()
-    files = tuple(name for name in options["methods"] if Path(name).is_file())
-    options["methods"] = tuple(name for name in options["methods"] if name not in files)
-    options["plugins"] += files
+    brought = tuple(filter(is_plugin, options["methods"]))
+    options["methods"] = tuple(name for name in options["methods"] if name not in brought)
+    options["plugins"] += brought
     options["faults"] = tuple(map(parse_fault, faults))
     options["log"] = read_options(topic, frame, columns, scale)
     settings = getattr(plan, study or preset or "default")()

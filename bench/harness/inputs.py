@@ -139,7 +139,7 @@ def plugin_contenders(settings: RunSettings) -> list[Contender]:
 
 
 def _described(path: str, vehicle: str, task: AnswerTask, settings: RunSettings) -> Contender:
-    name = plugin_name(Path(path))
+    name = plugin_name(path)
     contender = Contender(method=Method(name=name, plugin=True), plugin=path)
     tasks: list[Task] = [DescribeTask(), task]
     job = Job(method=name, plugin=path, tasks=tasks, memory_bytes=settings.memory_MB << 20)

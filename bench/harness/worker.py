@@ -145,7 +145,7 @@ SETUP_NS = 10_000_000
 """An allocator is built again and again for this long, at most SETUPS times."""
 SETUPS = 4
 BINDING_SHARE = 4
-"""Calls of a solver's binding alone are timed for 1 / BINDING_SHARE of a cell's budget."""
+"""A solver's binding, and the way in to somebody's code, are timed for 1 / BINDING_SHARE of a budget."""
 
 
 def main() -> None:
@@ -215,7 +215,7 @@ def do(task: Task, number: int, job: Job, line: Worker) -> Message:
 @cache
 def find_entry(method: str, plugin: str | None) -> Entry:
     """The entry of a job's method, imported once."""
-    return load_plugin(Path(plugin)) if plugin else find(method)
+    return load_plugin(plugin) if plugin else find(method)
 
 
 def settle(job: Job) -> None:
@@ -259,11 +259,12 @@ def measure(task: MeasureTask, question: Question, job: Job, line: Worker) -> Ce
         samples: Samples[Any] = sample(allocator, inputs, job.budget_ns)
         cell.disbelieved = dict(solvers.disbelieved)
         binding = time_binding(allocator, timed, job.budget_ns // BINDING_SHARE)
+        way_in = time_idle_calls(job, given, inputs)
         cell.quiet = between(before, reading(core))
         cell.canary_ns = canary_ns()
-    cell.batches, cell.binding_batches = samples.batches, binding.batches
+    cell.batches, cell.binding_batches, cell.way_in_batches = samples.batches, binding.batches, way_in.batches
     cell.singles = tally(samples.singles)
-    cell.timed_ns = samples.timed_ns + binding.timed_ns
+    cell.timed_ns = samples.timed_ns + binding.timed_ns + way_in.timed_ns
     if job.method not in YARDSTICKS:
         cell.allocator_bytes = reachable_bytes(allocator)
         describe(cell, allocator, samples.answers, timed)
@@ -341,6 +342,14 @@ def time_binding(allocator: Any, question: Question, budget_ns: int) -> Samples[
         allocator.pose(tau, *limits) for tau, *limits in calls if not limits or (limits[0] <= limits[1]).all()
     ]
     return sample(allocator.solve, list(zip(*posed, strict=True)), budget_ns, singles=0)
+
+
+def time_idle_calls(job: Job, vehicle: Vehicle, inputs: list[list[FloatArray]]) -> Samples[Any]:
+    """Time idle calls by the way to somebody's library or program; none for other methods."""
+    entry = None if job.plugin is None else find_entry(job.method, job.plugin)
+    if entry is None or entry.idle_call is None:
+        return Samples()
+    return sample(entry.idle_call(vehicle), inputs, job.budget_ns // BINDING_SHARE, singles=0)
 
 
 def describe(cell: Cell, allocator: Allocator, answers: list[Allocation], question: Question) -> None:

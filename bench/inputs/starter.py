@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 from importlib.resources import files
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -166,13 +167,53 @@ def first_demands(vehicle: Vehicle) -> str:
     return frame_comment(vehicle.frame) + csv_text(("t", *vehicle.dof), rows)
 
 
+class Language(NamedTuple):
+    """A language to write a method in.
+
+    Attributes
+    ----------
+    files : to start from, the one to write in first
+    build : the command that makes the method of them; empty where there is nothing to make
+    method : the file that is the method
+    """
+
+    files: tuple[str, ...]
+    build: str
+    method: str
+
+
+LANGUAGES = {
+    "python": Language(("my_allocator.py",), "", "my_allocator.py"),
+    "c": Language(
+        ("my_allocator.c",),
+        "cc -std=c99 -O2 -shared -fPIC my_allocator.c -o my_allocator.so",
+        "my_allocator.so",
+    ),
+    "cpp": Language(
+        ("my_allocator.cpp", "CMakeLists.txt"),
+        "cmake -B build && cmake --build build",
+        "build/my_allocator.so",
+    ),
+    "rust": Language(
+        ("src/lib.rs", "Cargo.toml"),
+        "cargo build --release && cp target/release/libmy_allocator.so my_allocator.so",
+        "my_allocator.so",
+    ),
+    "exec": Language(("my_allocator",), "", "./my_allocator"),
+}
+INTERFACE = ("c", "cpp")
+"""Languages that include the C interface."""
+
+
 def plugin(words: str, language: str = "python") -> dict[str, str]:
-    """The files of a method to start from, a plain function or a C library, as {file name: text}."""
-    if language == "c":
-        folder = files("alloc.foreign")
-        names = ("my_allocator.c", "thrustbench_allocator.h")
-        return {name: (folder / name).read_text(encoding="utf-8") for name in names}
-    return {"my_allocator.py": PLUGIN.format(words=words)}
+    """The files of a method to start from, as {file name: text}."""
+    if language == "python":
+        return {"my_allocator.py": PLUGIN.format(words=words)}
+    folder = files("alloc.foreign")
+    found = {name: folder / "starters" / language / name for name in LANGUAGES[language].files}
+    if language in INTERFACE:
+        found["thrustbench_allocator.h"] = folder / "thrustbench_allocator.h"
+    return {name: file.read_text(encoding="utf-8") for name, file in found.items()}
 
 
 def checked_name(name: str) -> str:

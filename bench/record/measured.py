@@ -137,6 +137,7 @@ class Cell(msgspec.Struct, tag="cell", omit_defaults=True):
     setup_ns : time of each ``build`` but the process's first (see ``Worker.import_ns``)
     batches : calls of the allocator
     binding_batches : calls of the solver's binding alone, b -> x over prepared b's
+    way_in_batches : idle calls by the way to somebody's library or program
     singles : single calls, [[ns, count], …], sorted, in bins (``bench.harness.timing.tally``)
     solver_singles : times that the solver itself reports for single calls, in the same bins
     iterations_max : most iterations of a call, as the solver counts them
@@ -160,6 +161,7 @@ class Cell(msgspec.Struct, tag="cell", omit_defaults=True):
     setup_ns: list[Count] = []
     batches: list[Batch] = []
     binding_batches: list[Batch] = []
+    way_in_batches: list[Batch] = []
     singles: list[tuple[Count, Count]] = []
     solver_singles: list[tuple[int, Count]] = []
     iterations_max: int | None = None

@@ -16,7 +16,15 @@ from alloc.formulations import Family
 from bench.record import FARTHER
 from bench.record.schema import machine_name
 from bench.report.sections.losses import sequence_table, sequences, title
-from bench.report.verdict import cut_log_notes, opening_loop, rate_note, trust_note, verdicts, weak_notes
+from bench.report.verdict import (
+    cut_log_notes,
+    opening_loop,
+    rate_note,
+    trust_note,
+    verdicts,
+    way_in_notes,
+    weak_notes,
+)
 from bench.results.columns import Row
 from bench.results.quantiles import largest
 from bench.results.ranking import ROUNDING, largest_miss, served_share, uncounted_methods
@@ -90,6 +98,8 @@ def show(directory: Path, console: Console) -> bool:
     console.width = width if console.is_terminal else max(width, WIDE)
     console.print(table)
     console.width = width
+    for line in way_in_notes(run):
+        say(line)
     if run.vehicles:
         say(f"{machine_name(run.record.header.machine)} was {trust_note(run)}")
     for problem in sequences(run):

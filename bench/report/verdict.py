@@ -8,7 +8,7 @@ from bench.results.emulated import IN_WORDS
 from bench.results.rows import Run
 from bench.results.size import Fit, Loop, Size, best_of_each, possible_first
 from bench.results.sizing import find_pauses, sizes
-from bench.results.text import cut_note, percent, three
+from bench.results.text import cut_note, number_range, percent, three
 
 USUAL = Loop(rate_hz=100.0, budget=0.1)
 """The loop that reports open with: an autopilot's usual rate, a tenth of its period for allocation."""
@@ -189,6 +189,15 @@ def weak_words(run: Run, vehicle: str) -> str:
     """Weak directions of a vehicle: ``pitch (0.5 % left)``; empty where there are none."""
     problem = run.problems.get(vehicle)
     return " and ".join(problem.weak) if problem else ""
+
+
+def way_in_notes(run: Run) -> list[str]:
+    """A sentence for each library or program of a user's: the part of a call's time that is the way to it."""
+    times: dict[str, list[float]] = {}
+    for row in run.rows:
+        if row.way_in_p50_us is not None:
+            times.setdefault(row.method, []).append(row.way_in_p50_us)
+    return [f"{name}: the way in takes {number_range(own)} µs of a call." for name, own in times.items()]
 
 
 def weak_notes(run: Run) -> list[str]:

@@ -370,6 +370,11 @@ class Row:
         """Median alpha* under eq. 4-5, which holds weak axes at the demand; empty where none is weak."""
         return self.measured.problem.alpha_hard if self.measured.problem else None
 
+    @cached_property
+    def way_in_p50_us(self) -> float | None:
+        """Part of ``call_p50_us`` that is the way in: to a library of your own, or a program's pipe."""
+        return microseconds(median_or_none(self.measured.centre(lambda cell: cell.way_in_batches)))
+
 
 def columns() -> dict[str, Callable[[Row], str | int | float | None]]:
     """Every column of results.csv by name, in order."""

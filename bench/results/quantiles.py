@@ -251,7 +251,7 @@ def calls(cell: Cell) -> int:
     batched, singly = sum(batch.calls for batch in cell.batches), total(cell.singles)
     # Slow single calls are stored as batches too. Then batches and singles together hold more time than was
     # timed at all. The bins of the singles are 1 % off at most.
-    batches_ns = sum(batch.wall_ns for batch in (*cell.batches, *cell.binding_batches))
+    batches_ns = sum(batch.wall_ns for batch in (*cell.batches, *cell.binding_batches, *cell.way_in_batches))
     singles_ns = sum(ns * count for ns, count in cell.singles)
     twice = batched == singly and cell.timed_ns < batches_ns + 0.98 * singles_ns
     return batched if twice else batched + singly

@@ -23,11 +23,12 @@ import bench.__main__
 import gate_check
 from alloc.c import missing
 from alloc.rivals.download import source
-from bench.inputs.starter import plugin
+from bench.inputs.starter import LANGUAGES, plugin
 from tests.analysers import needs_frama_c
 from tests.clusters import loopback_cluster
+from tests.compilers import needs
 from tests.emulators import available
-from tests.pages import FENCE, saved
+from tests.pages import saved
 from tests.places import ROOT, other_pytest
 from tests.project.test_typed_commands import GIVEN, PAGES, SHORT, commands, in_prose, too_long
 
@@ -118,13 +119,6 @@ def every() -> dict[str, str]:
     return found
 
 
-def compilations() -> list[str]:
-    """The lines of the pages that compile a reader's library."""
-    blocks = (block for page in PAGES for block in FENCE.findall((ROOT / page).read_text(encoding="utf-8")))
-    lines = [line for language, text in blocks if language == "sh" for line in text.splitlines()]
-    return [line for line in lines if line.startswith("cc ")]
-
-
 @cache
 def in_blocks() -> set[str]:
     """The commands that stand on lines of their own, and not only within sentences."""
@@ -177,10 +171,12 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         CliRunner().invoke(bench.__main__.cli, ["init", "my-rov", "--like", "bluerov2-heavy"])
-    for name, text in plugin("My allocator", "c").items():
-        (folder / name).write_text(text, encoding="utf-8")
-    for typed in compilations():
-        subprocess.run(shlex.split(typed), cwd=folder, check=True)
+    for language in ("cpp", "exec"):
+        for name, text in plugin("My allocator", language).items():
+            (folder / name).write_text(text, encoding="utf-8")
+    (folder / "my_allocator").chmod(0o755)
+    if shutil.which("cmake"):
+        subprocess.run(LANGUAGES["cpp"].build, shell=True, cwd=folder, check=True, capture_output=True)
     for tree in ("A", "B", "."):
         shutil.copytree(ROOT / "alloc", folder / tree / "alloc", ignore=shutil.ignore_patterns("__pycache__"))
     gate_check.git(folder, "init", "--quiet", "--initial-branch=main")
@@ -218,6 +214,8 @@ def ready(words: list[str], folder: Path) -> list[str]:
         words += [] if "--vehicle" in words else ["--vehicle=bluerov2-heavy"]
     if words[0] == "prove":
         needs_frama_c()
+    if LANGUAGES["cpp"].method in words:
+        needs("cmake")
     if "LOG" in words:  # what a board's line would have sent
         subprocess.run(["make", "-C", "ukwial-float", "log"], cwd=folder, check=True, capture_output=True)
         shutil.copy(folder / "ukwial-float/build/posix/LOG", folder / "LOG")
@@ -245,11 +243,7 @@ def ready(words: list[str], folder: Path) -> list[str]:
 
 @pytest.mark.parametrize("page", [page for page in PAGES if any(left_out(page))])
 def test_what_takes_long_on_a_page_runs_with_less_to_do(
-    page: str,
-    desk: Path,
-    tree: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    tmp_path_factory: pytest.TempPathFactory,
+    page: str, desk: Path, tree: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for tutorial in ("docs/your-vehicle.md", "docs/your-dive.md", page):
         saved(ROOT / tutorial, desk)
@@ -262,10 +256,6 @@ def test_what_takes_long_on_a_page_runs_with_less_to_do(
             benchmark(typed, desk)
         elif words[0] in ("python", "qpbenchmark") or {"qp/slsqp", "derated", "mine"} & set(words):
             outside(typed, desk, tree)
-        elif words[0] == "init":  # replaces nothing, and the desk has its files
-            with monkeypatch.context() as patch:
-                patch.chdir(tmp_path_factory.mktemp("empty"))
-                run(typed)
         elif words[0] == "fleet":
             with loopback_cluster(desk) as cluster:
                 cluster.worker()

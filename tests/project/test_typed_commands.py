@@ -3,7 +3,7 @@
 import re
 import shlex
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import chdir, suppress
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -112,7 +112,12 @@ def type_it(words: list[str], folder: Path) -> str:
         return "needs what no page writes"
     elif "robot.urdf" in words and find_spec("urdf_parser_py") is None:
         return "needs the extra urdf"
-    done = CliRunner().invoke(bench.__main__.cli, words, catch_exceptions=False, standalone_mode=False)
+    place = folder
+    if words[0] == "init" and (folder / f"{words[1]}.yaml").exists():  # the page begins in an empty folder
+        place = folder / "empty"
+        place.mkdir()
+    with chdir(place):
+        done = CliRunner().invoke(bench.__main__.cli, words, catch_exceptions=False, standalone_mode=False)
     assert done.return_value in (0, None), done.output
     return ""
 

@@ -15,6 +15,7 @@ from bench.report.verdict import (
     rate_note,
     trust_note,
     usual_verdicts,
+    way_in_notes,
     weak_notes,
     weak_words,
 )
@@ -271,6 +272,7 @@ def candidates(run: Run, drawn: frozenset[str]) -> str:
             parts += [f"{plain(line)}.\n" for line in uncounted_methods(capability)]
     if not parts:
         return ""
+    parts += [f"{plain(line)}\n" for line in way_in_notes(run)]
     own = any(method.plugin for method in run.record.methods)
     logs = any(run.is_log(*each) for each in run.main_sets)
     which = (

@@ -161,7 +161,7 @@ def test_a_library_in_single_precision_passes_no_limit(method: str, tmp_path: Pa
 @pytest.mark.parametrize("name", ["ukwial", "tiburon", "bluerov2-heavy"])
 def test_the_file_to_start_from_is_clip(name: str, tmp_path: Path) -> None:
     vehicle = load_vehicle(name).with_fault(0, 0.5)
-    text = (FOREIGN / "my_allocator.c").read_text(encoding="utf-8")
+    text = (FOREIGN / "starters/c/my_allocator.c").read_text(encoding="utf-8")
     foreign = prepare(load_plugin(compiled(tmp_path, text, "-std=c99", "-O2", *STRICT)), vehicle)
     F, statuses = foreign.many(demands(vehicle))
     expected, known = build("clip", vehicle).many(demands(vehicle))

@@ -72,7 +72,7 @@ MAKEFILE = (
 
 @pytest.fixture(scope="module")
 def starter(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Files of ``init --language c`` in a repository with one commit; a copy of the C for each variant."""
+    """Files of ``init --language c`` in a repository with two commits; a copy of the C for each variant."""
     folder = tmp_path_factory.mktemp("mine")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
@@ -84,7 +84,9 @@ def starter(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (folder / f"{name}.c").write_text(text)
     (folder / "Makefile").write_text(MAKEFILE)
     gate_check.git(folder, "init", "--quiet")
-    gate_check.commit(folder, "base")
+    for name in ("base", "head"):  # tests may run alone
+        (folder / "notes").write_text(name)
+        gate_check.commit(folder, name)
     return folder
 
 
