@@ -136,14 +136,21 @@ def test_c_for_all_faults_mixes_where_a_failure_makes_a_direction_count_in_part(
 
 
 @pytest.mark.skipif(bool(missing()), reason=missing() or "-")
-@pytest.mark.parametrize("method", WITH_SHARE)
-def test_compiled_c_states_what_is_left_along_such_a_direction(method: str) -> None:
-    vehicle = at(SURVEYED, 1.4 * WEAK)
-    ours, theirs = build(method, vehicle), build(f"{method}@native", vehicle)
+@names
+@pytest.mark.parametrize(
+    "compiled", [f"{name}@native" for name in WITH_SHARE] + ["scaled@library", "priority@library"]
+)
+def test_compiled_c_states_what_is_left_along_such_a_direction(name: str, compiled: str) -> None:
+    vehicle = at(surveyed(name), 1.4 * WEAK)
+    ours, theirs = build(compiled.partition("@")[0], vehicle), build(compiled, vehicle)
+    narrow = 0.7 * vehicle.f_min, 0.5 * vehicle.f_max
     for tau in demands(vehicle, 10):
-        one, other = ours(tau), theirs(tau)
-        for key in ("f", "share", "residual"):
-            np.testing.assert_allclose(getattr(other, key), getattr(one, key), atol=1e-8 * vehicle.f_scale)
+        for one, other in ((ours(tau), theirs(tau)), (ours(tau, *narrow), theirs(tau, *narrow))):
+            assert other.status is one.status
+            for key in ("f", "share", "residual"):
+                np.testing.assert_allclose(
+                    getattr(other, key), getattr(one, key), atol=1e-8 * vehicle.f_scale
+                )
 
 
 @names
