@@ -110,6 +110,7 @@ def test_hidden_names_what_a_page_imports_that_is_not_public(
         ("your-dive.md", ["your-vehicle.md", "your-dive.md"]),
         ("add-a-method.md", ["add-a-method.md"]),
         ("saturation.md", ["saturation.md"]),
+        ("autopilot.md", ["autopilot.md"]),
         ("add-a-formulation.md", []),
     ],
 )
