@@ -53,6 +53,7 @@ class Allocation(NamedTuple):
         thrusters push; empty for a method without levels
     residual : (k,) T P f minus the promised wrench [N, N m]: what thrusts make along weak directions; empty
         for a method without levels
+    amps : (n,) current of each thruster [A]; empty for a call without a cap
 
     Raises TypeError where it is asked whether it is true: ``found`` and ``status`` say two different things.
     """
@@ -63,6 +64,7 @@ class Allocation(NamedTuple):
     solver_s: float = nan
     share: tuple[float, ...] = ()
     residual: FloatArray | tuple[()] = ()
+    amps: FloatArray | tuple[()] = ()
 
     @property
     def found(self) -> bool:
@@ -103,17 +105,31 @@ class Allocator(Protocol):
         ...
 
     def __call__(
-        self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+        self,
+        tau: ArrayLike,
+        f_min: ArrayLike | None = None,
+        f_max: ArrayLike | None = None,
+        *,
+        cap: float | None = None,
+        volts: float | None = None,
     ) -> Allocation:
         """Allocate one wrench ``tau`` (k,) [N, N m] within the limits of this call, (n,) each [N].
 
         A limit left out is the vehicle's. Where some f_min exceeds f_max there is nothing to allocate: the
         answer of a method with limits is INFEASIBLE. Raises DemandError for bad shape or values.
+        A ``cap`` on the sum of currents [A] at a voltage [V] is taken by ``scaled``, by others
+        refused with a DemandError; where no f within the limits meets it the answer is INFEASIBLE.
         """
         ...
 
     def many(
-        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+        self,
+        taus: ArrayLike,
+        f_min: ArrayLike | None = None,
+        f_max: ArrayLike | None = None,
+        *,
+        cap: float | None = None,
+        volts: float | None = None,
     ) -> tuple[FloatArray, StatusArray]:
         """Allocate ``taus`` (N, k): thrusts (N, n) [N] and statuses (N,); limits (n,) or (N, n) [N]."""
         ...
@@ -144,6 +160,11 @@ class BoundedSteps(Protocol):
         ...
 
 
+def no_cap(formulation: str) -> DemandError:
+    """The refusal of a method that knows no cap on currents."""
+    return DemandError(f"cap: methods for '{formulation}' take none; use scaled")
+
+
 _new = tuple.__new__
 
 
@@ -154,9 +175,10 @@ def answer(
     solver_s: float = nan,
     share: tuple[float, ...] = (),
     residual: FloatArray | tuple[()] = (),
+    amps: FloatArray | tuple[()] = (),
 ) -> Allocation:
     """An Allocation, made without NamedTuple's slower Python-level constructor."""
-    return _new(Allocation, (f, status, iterations, solver_s, share, residual))
+    return _new(Allocation, (f, status, iterations, solver_s, share, residual, amps))
 
 
 def checked(tau: ArrayLike, k: int) -> FloatArray:

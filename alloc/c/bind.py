@@ -23,6 +23,7 @@ from alloc.allocation import (
     Status,
     checked,
     checked_many,
+    no_cap,
 )
 from alloc.c.compiled import NATIVE, processor, shared_library, unloadable
 from alloc.c.generate import sources
@@ -155,9 +156,17 @@ class _WithResidual:
         self._limits = at_call(vehicle.strong, held=True)
 
     def __call__(
-        self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+        self,
+        tau: ArrayLike,
+        f_min: ArrayLike | None = None,
+        f_max: ArrayLike | None = None,
+        *,
+        cap: float | None = None,
+        volts: float | None = None,
     ) -> Allocation:
         """Allocate one wrench (k,) [N, N m] within the limits of the call (n,) [N]."""
+        if cap is not None:
+            raise no_cap(self.formulation)
         found = self._made(tau, f_min, f_max)
         if not found.found:
             return found

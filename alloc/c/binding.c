@@ -169,6 +169,18 @@ static int parsed(PyObject *const *args, Py_ssize_t count, PyObject *names, PyOb
             given[which] = args[count + i];
         }
     }
+    for (Py_ssize_t i = 0; wrong && i < named; i++) {
+        PyObject *errors = PyUnicode_CompareWithASCIIString(PyTuple_GET_ITEM(names, i), "cap") == 0
+                               ? PyImport_ImportModule("alloc.errors")
+                               : NULL;
+        PyObject *refusal = errors != NULL ? PyObject_GetAttrString(errors, "DemandError") : NULL;
+        Py_XDECREF(errors);
+        if (refusal != NULL) {
+            PyErr_SetString(refusal, "cap: compiled methods take none; use scaled");
+            Py_DECREF(refusal);
+            return 0;
+        }
+    }
     if (wrong || given[0] == NULL) {
         PyErr_SetString(PyExc_TypeError, "an allocator takes tau and, where they are not the vehicle's, f_min and f_max");
         return 0;
@@ -252,7 +264,7 @@ static inline PyObject *answered(const Native *self, const double *tau, const do
     PyTypeObject *allocation = (PyTypeObject *)self->held[ALLOCATION];
     npy_intp n = self->n;
     PyObject *f = PyArray_SimpleNewFromDescr(1, &n, PyArray_DescrFromType(NPY_DOUBLE));
-    PyObject *answer = f != NULL ? allocation->tp_alloc(allocation, 6) : NULL;
+    PyObject *answer = f != NULL ? allocation->tp_alloc(allocation, 7) : NULL;
     if (answer == NULL) {
         Py_XDECREF(f);
         return NULL;
@@ -266,6 +278,7 @@ static inline PyObject *answered(const Native *self, const double *tau, const do
     PyObject *delivered = self->levels ? shares(self, share) : Py_NewRef(self->held[NO_SHARE]);
     PyTuple_SET_ITEM(answer, 4, delivered);
     PyTuple_SET_ITEM(answer, 5, Py_NewRef(self->held[RESIDUAL]));
+    PyTuple_SET_ITEM(answer, 6, Py_NewRef(self->held[NO_SHARE])); /* no amps either */
     if (delivered == NULL) {
         Py_CLEAR(answer);
     }

@@ -16,6 +16,7 @@ from alloc.allocation import (
     answer,
     checked,
     checked_many,
+    no_cap,
 )
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import at_call, limits_of
@@ -65,9 +66,17 @@ class Linear:
         self._shape = (vehicle.k,)
 
     def __call__(
-        self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+        self,
+        tau: ArrayLike,
+        f_min: ArrayLike | None = None,
+        f_max: ArrayLike | None = None,
+        *,
+        cap: float | None = None,
+        volts: float | None = None,
     ) -> Allocation:
         """Allocate one wrench (k,) [N, N m]; limits are checked as any method does, and not kept."""
+        if cap is not None:
+            raise no_cap(self.formulation)
         if (
             type(tau) is np.ndarray
             and tau.dtype is FLOAT64
@@ -87,9 +96,17 @@ class Linear:
         return answer(f, Status.SOLVED)
 
     def many(
-        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+        self,
+        taus: ArrayLike,
+        f_min: ArrayLike | None = None,
+        f_max: ArrayLike | None = None,
+        *,
+        cap: float | None = None,
+        volts: float | None = None,
     ) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches in one matrix product."""
+        if cap is not None:
+            raise no_cap(self.formulation)
         wrenches = checked_many(taus, self._k)
         if f_min is not None or f_max is not None:
             limits_of(self._vehicle, len(wrenches), f_min, f_max)

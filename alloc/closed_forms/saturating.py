@@ -15,6 +15,7 @@ from alloc.allocation import (
     answer,
     checked,
     checked_many,
+    no_cap,
 )
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.closed_forms.linear import TOLERANCE
@@ -89,9 +90,17 @@ class Saturating:
         self._makes = vehicle.rank == vehicle.k and wrench_doubt(vehicle) <= tolerance
 
     def __call__(
-        self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+        self,
+        tau: ArrayLike,
+        f_min: ArrayLike | None = None,
+        f_max: ArrayLike | None = None,
+        *,
+        cap: float | None = None,
+        volts: float | None = None,
     ) -> Allocation:
         """Allocate one wrench (k,) [N, N m]; ``iterations`` are the passes of the rule."""
+        if cap is not None:
+            raise no_cap(self.formulation)
         wrench = checked(tau, self._k)
         limits = self._bounds
         if f_min is not None or f_max is not None:
@@ -116,9 +125,17 @@ class Saturating:
         return answer(f, self._status(f, wrench), passes)
 
     def many(
-        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+        self,
+        taus: ArrayLike,
+        f_min: ArrayLike | None = None,
+        f_max: ArrayLike | None = None,
+        *,
+        cap: float | None = None,
+        volts: float | None = None,
     ) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches: T* tau in one matrix product, then the rule for those beyond a limit."""
+        if cap is not None:
+            raise no_cap(self.formulation)
         wrenches = checked_many(taus, self._k)
         low, high = limits_of(self._vehicle, len(wrenches), f_min, f_max, held=True)
         F = wrenches @ self.G.T

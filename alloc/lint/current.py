@@ -34,7 +34,7 @@ def _on_sum(vehicle: Vehicle) -> Iterator[tuple[Level, str, str]]:
     if vehicle.cap is None:
         yield "note", "esc", f"{said}; if a fuse gives less, write 'cap'"
     elif not (vehicle.cap.of_power and volts is None):
-        yield "note", "cap", f"{said}; the cap leaves them {vehicle.cap.amps(volts):.3g} A"
+        yield "note", "cap", f"{said}; the cap leaves them {vehicle.cap.amps():.3g} A"
 
 
 def _on_copies(keys: EscKeys) -> Iterator[tuple[Level, str, str]]:

@@ -6,7 +6,16 @@ from threading import Lock
 import numpy as np
 from numpy.typing import ArrayLike
 
-from alloc.allocation import WRENCH_TOLERANCE, Allocation, FloatArray, Status, StatusArray, answer, checked
+from alloc.allocation import (
+    WRENCH_TOLERANCE,
+    Allocation,
+    FloatArray,
+    Status,
+    StatusArray,
+    answer,
+    checked,
+    no_cap,
+)
 from alloc.errors import NotApplicable
 from alloc.formulations import Formulation
 from alloc.qp import Posed
@@ -95,7 +104,13 @@ class Live:
         return self._b_of_tau.dot(tau), low / self._unit, high / self._unit
 
     def __call__(
-        self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+        self,
+        tau: ArrayLike,
+        f_min: ArrayLike | None = None,
+        f_max: ArrayLike | None = None,
+        *,
+        cap: float | None = None,
+        volts: float | None = None,
     ) -> Allocation:
         """Allocate one wrench (k,) [N, N m], and judge the answer by equations.
 
@@ -108,6 +123,8 @@ class Live:
         infeasible if that is proven (``alloc.reach.attainable``); where it is not, NOT_CONVERGED. Of a
         solver whose refusals are ERRATIC, no matter which it gives, the proof alone is asked.
         """
+        if cap is not None:
+            raise no_cap(self.formulation)
         wrench = checked(tau, self._vehicle.k)
         low, high = self._limits
         if f_min is None and f_max is None:
@@ -151,9 +168,17 @@ class Live:
         return answer(f, Status.SOLVED if solved else Status.PARTIAL, iterations, solver_s)
 
     def many(
-        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+        self,
+        taus: ArrayLike,
+        f_min: ArrayLike | None = None,
+        f_max: ArrayLike | None = None,
+        *,
+        cap: float | None = None,
+        volts: float | None = None,
     ) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches, each in turn: a warm start sees them in order."""
+        if cap is not None:
+            raise no_cap(self.formulation)
         return one_by_one(self, self._vehicle, taus, f_min, f_max)
 
     def _infeasible(self, wrench: FloatArray, f_min: ArrayLike | None, f_max: ArrayLike | None) -> bool:

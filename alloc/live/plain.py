@@ -22,6 +22,7 @@ from alloc.allocation import (
     StatusArray,
     answer,
     checked,
+    no_cap,
     real,
 )
 from alloc.errors import NotApplicable, PluginError, UnknownName
@@ -64,13 +65,21 @@ class Plain:
         self._scaled = vehicle.TP * self._per_scale[:, None]
 
     def __call__(
-        self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+        self,
+        tau: ArrayLike,
+        f_min: ArrayLike | None = None,
+        f_max: ArrayLike | None = None,
+        *,
+        cap: float | None = None,
+        volts: float | None = None,
     ) -> Allocation:
         """Allocate one wrench (k,) [N, N m] within limits (n,) [N], the vehicle's where there are none.
 
         Raises PluginError where the function gives no n numbers, NotApplicable for limits that it does not
         take.
         """
+        if cap is not None:
+            raise no_cap(self.formulation)
         wrench = checked(tau, self._k)
         low, high = self._limits(f_min, f_max)
         if f_min is not None or f_max is not None:
@@ -112,9 +121,17 @@ class Plain:
         return f
 
     def many(
-        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+        self,
+        taus: ArrayLike,
+        f_min: ArrayLike | None = None,
+        f_max: ArrayLike | None = None,
+        *,
+        cap: float | None = None,
+        volts: float | None = None,
     ) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches one after the other, each within its own limits."""
+        if cap is not None:
+            raise no_cap(self.formulation)
         return one_by_one(self, self._vehicle, taus, f_min, f_max)
 
 

@@ -16,6 +16,7 @@ from alloc.allocation import (
     answer,
     checked,
     checked_many,
+    no_cap,
 )
 from alloc.errors import NotApplicable
 from alloc.formulations.hard import FORMULATION as HARD
@@ -79,9 +80,17 @@ class Nullspace:
         self.worst_case_steps = vehicle.n + sum(region.worst_case_steps for _, _, region in self._blocks)
 
     def __call__(
-        self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+        self,
+        tau: ArrayLike,
+        f_min: ArrayLike | None = None,
+        f_max: ArrayLike | None = None,
+        *,
+        cap: float | None = None,
+        volts: float | None = None,
     ) -> Allocation:
         """Allocate one wrench (k,) [N, N m] within limits, which stand in right-hand sides only."""
+        if cap is not None:
+            raise no_cap(self.formulation)
         wrench = checked(tau, self._k)
         limits = self._limits
         if f_min is not None or f_max is not None:
@@ -178,9 +187,17 @@ class Nullspace:
         return answer(best, Status.SOLVED if least <= EXACT_TOLERANCE else missed_by, steps)
 
     def many(
-        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+        self,
+        taus: ArrayLike,
+        f_min: ArrayLike | None = None,
+        f_max: ArrayLike | None = None,
+        *,
+        cap: float | None = None,
+        volts: float | None = None,
     ) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches, all demands side by side; a verdict is always that of a single call."""
+        if cap is not None:
+            raise no_cap(self.formulation)
         wrenches = checked_many(taus, self._k)
         lows, highs = limits_of(self._vehicle, len(wrenches), f_min, f_max)
         F, excess = self.many_within(wrenches, lows, highs)

@@ -16,6 +16,7 @@ from alloc.allocation import (
     answer,
     checked,
     checked_many,
+    no_cap,
 )
 from alloc.formulations import Formulation, Part, mixed
 from alloc.nullspace.allocator import exact
@@ -72,9 +73,17 @@ class ByLevel:
             self._lost = decompose(vehicle).unreachable / EXACT_TOLERANCE
 
     def __call__(
-        self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+        self,
+        tau: ArrayLike,
+        f_min: ArrayLike | None = None,
+        f_max: ArrayLike | None = None,
+        *,
+        cap: float | None = None,
+        volts: float | None = None,
     ) -> Allocation:
         """Allocate one wrench (k,) [N, N m] within the limits of the call (n,) [N]."""
+        if cap is not None:
+            raise no_cap(self.formulation)
         wrench = checked(tau, self._vehicle.k)
         begin, limits = self._own, self._limits
         if f_min is not None or f_max is not None:
@@ -139,9 +148,17 @@ class ByLevel:
         return best
 
     def many(
-        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+        self,
+        taus: ArrayLike,
+        f_min: ArrayLike | None = None,
+        f_max: ArrayLike | None = None,
+        *,
+        cap: float | None = None,
+        volts: float | None = None,
     ) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches, all demands side by side; limits (n,) or (N, n) [N]."""
+        if cap is not None:
+            raise no_cap(self.formulation)
         wrenches = checked_many(taus, self._vehicle.k)
         lows, highs = limits_of(self._strong, len(wrenches), f_min, f_max, held=True)
         possible = (lows <= highs).all(axis=1)
@@ -180,9 +197,17 @@ class Mixed:
         self.tolerance = max(part.tolerance for part in parts)
 
     def __call__(
-        self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+        self,
+        tau: ArrayLike,
+        f_min: ArrayLike | None = None,
+        f_max: ArrayLike | None = None,
+        *,
+        cap: float | None = None,
+        volts: float | None = None,
     ) -> Allocation:
         """Allocate one wrench (k,) [N, N m] within the limits of the call (n,) [N]."""
+        if cap is not None:
+            raise no_cap(self.formulation)
         answers = [part(tau, f_min, f_max) for part in self._parts]
         worst = max(answers, key=lambda one: one.status)  # INFEASIBLE is above PARTIAL, SOLVED below
         if worst.status == Status.INFEASIBLE:
@@ -197,9 +222,17 @@ class Mixed:
         )
 
     def many(
-        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+        self,
+        taus: ArrayLike,
+        f_min: ArrayLike | None = None,
+        f_max: ArrayLike | None = None,
+        *,
+        cap: float | None = None,
+        volts: float | None = None,
     ) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches, all demands side by side; limits (n,) or (N, n) [N]."""
+        if cap is not None:
+            raise no_cap(self.formulation)
         answers = [part.many(taus, f_min, f_max) for part in self._parts]
         lows, highs = limits_of(self._vehicle.strong, len(answers[0][1]), f_min, f_max, held=True)
         F = np.clip(mixed([F for F, _ in answers], self._ws), lows, highs)

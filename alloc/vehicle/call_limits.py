@@ -96,18 +96,22 @@ def one_by_one(
     taus: ArrayLike,
     f_min: ArrayLike | None = None,
     f_max: ArrayLike | None = None,
+    **supply: float | None,
 ) -> tuple[FloatArray, StatusArray]:
-    """``many`` by calling ``allocate`` on each row of ``taus`` (N, k) with that row's limits, in order."""
+    """``many`` by calling ``allocate`` on each row of ``taus`` (N, k) with that row's limits, in order.
+
+    ``supply`` are the cap and the voltage of all calls, where the method takes them.
+    """
     wrenches = checked_many(taus, vehicle.k)
     F = np.empty((len(wrenches), vehicle.n))
     status = np.empty(len(wrenches), dtype=np.int8)
     if f_min is None and f_max is None:
         for i, tau in enumerate(wrenches):
-            F[i], status[i], *_ = allocate(tau)
+            F[i], status[i], *_ = allocate(tau, **supply)
         return F, status
     lows, highs = limits_of(vehicle, len(wrenches), f_min, f_max)
     for i, (tau, low, high) in enumerate(zip(wrenches, lows, highs, strict=True)):
-        F[i], status[i], *_ = allocate(tau, low, high)
+        F[i], status[i], *_ = allocate(tau, low, high, **supply)
     return F, status
 
 

@@ -11,34 +11,38 @@ import numpy as np
 from alloc.allocation import FloatArray, IndexArray
 from alloc.errors import DemandError, SolverError
 
-FAR = 1e15
-"""Thrust to which the outermost pieces of a table are extended [N]: none is ever larger."""
 LAW_PIECES = 40
 """Straight pieces a side that stand in for a power law where a linear program is asked. On a BlueROV2-Heavy
 they take up to 4e-4 of the share that the law itself allows."""
 
 
 class Pieces(NamedTuple):
-    """Current that is linear between thrusts, and convex.
+    """Current that is linear between thrusts, and convex; the outermost pieces have no end.
 
     Attributes
     ----------
-    f : (p,) rising, 0 among them, from -FAR to FAR [N]
+    f : (p,) rising [N]
     amps : (p,) the current at each [A]
+    slopes : (p - 1,) of the pieces between them, rising [A/N]
     """
 
     f: FloatArray
     amps: FloatArray
+    slopes: FloatArray
 
     def draws(self, f: FloatArray) -> FloatArray:
         """Current of each thrust [A]."""
-        return np.interp(f, self.f, self.amps)
+        piece = self._piece(f)
+        current: FloatArray = self.amps[piece] + self.slopes[piece] * (f - self.f[piece])
+        return current
 
-    def slopes(self, f: FloatArray) -> FloatArray:
+    def rises(self, f: FloatArray) -> FloatArray:
         """Slope of the current at each thrust, to its right where two pieces meet [A/N]."""
-        piece = np.clip(np.searchsorted(self.f, f, side="right") - 1, 0, len(self.f) - 2)
-        slopes: FloatArray = (np.diff(self.amps) / np.diff(self.f))[piece]
-        return slopes
+        rises: FloatArray = self.slopes[self._piece(f)]
+        return rises
+
+    def _piece(self, f: FloatArray) -> IndexArray:
+        return self.f[1:-1].searchsorted(f, side="right")
 
     def pieces(self, f_min: float, f_max: float) -> "Pieces":
         """The same current."""
@@ -63,19 +67,19 @@ class PowerLaw(NamedTuple):
         current: FloatArray = np.where(f < 0, self.astern, self.ahead) * np.abs(f) ** self.power
         return current
 
-    def slopes(self, f: FloatArray) -> FloatArray:
+    def rises(self, f: FloatArray) -> FloatArray:
         """Slope of the current at each thrust [A/N]."""
-        slopes: FloatArray = (
+        rises: FloatArray = (
             np.where(f < 0, -self.astern, self.ahead) * self.power * np.abs(f) ** (self.power - 1)
         )
-        return slopes
+        return rises
 
     def pieces(self, f_min: float, f_max: float) -> Pieces:
         """``LAW_PIECES`` chords a side within the limits [N]; they lie on the law and above it."""
         # Squared steps: the law bends most next to rest.
         steps = np.linspace(0.0, 1.0, LAW_PIECES + 1) ** 2
         f = np.concatenate([min(f_min, -1.0) * steps[:0:-1], max(f_max, 1.0) * steps])
-        return _extended(f, self.draws(f))
+        return _through(f, self.draws(f))
 
     def at(self, volts: float) -> "PowerLaw":
         """The same law."""
@@ -98,7 +102,7 @@ class CurrentTable:
     @cached_property
     def convex(self) -> tuple[Pieces, ...]:
         """Convex currents, nowhere below the measured points."""
-        return tuple(_extended(f, _raised(f, amps)) for f, amps in (points.T for points in self.measured))
+        return tuple(_through(f, _raised(f, amps)) for f, amps in (points.T for points in self.measured))
 
     def at(self, volts: float) -> Pieces:
         """The current at a voltage [V], beyond those of the table that of the nearest."""
@@ -107,25 +111,24 @@ class CurrentTable:
         if volts >= self.volts[-1]:
             return self.convex[-1]
         i = int(np.searchsorted(self.volts, volts, side="right")) - 1
-        share = (volts - self.volts[i]) / (self.volts[i + 1] - self.volts[i])
+        if (share := (volts - self.volts[i]) / (self.volts[i + 1] - self.volts[i])) == 0.0:
+            return self.convex[i]
         below, above = self.convex[i], self.convex[i + 1]
         f = np.union1d(below.f, above.f)
         # The sum of convex functions is convex.
-        return Pieces(f, (1.0 - share) * below.draws(f) + share * above.draws(f))
+        return _through(f, (1.0 - share) * below.draws(f) + share * above.draws(f))
 
 
 Current = PowerLaw | CurrentTable
 
 
-def _extended(f: FloatArray, amps: FloatArray) -> Pieces:
-    """The pieces through points f (p,) [N] and amps (p,) [A], the outermost of them as far as FAR."""
-    first, last = ((amps[i + 1] - amps[i]) / (f[i + 1] - f[i]) for i in (0, -2))
-    ends = amps[0] + first * (-FAR - f[0]), amps[-1] + last * (FAR - f[-1])
-    if f[0] == 0.0:  # nothing was measured astern: none is given away
-        ends = FAR * abs(last), ends[1]
-    if f[-1] == 0.0:
-        ends = ends[0], FAR * abs(first)
-    return Pieces(np.concatenate([[-FAR], f, [FAR]]), np.concatenate([ends[:1], amps, ends[1:]]))
+def _through(f: FloatArray, amps: FloatArray) -> Pieces:
+    """The pieces through points f (p,) [N] and amps (p,) [A]; a side without any is as the other."""
+    if f[0] == 0.0:
+        f, amps = np.append(-f[:0:-1], f), np.append(amps[:0:-1], amps)
+    elif f[-1] == 0.0:
+        f, amps = np.append(f, -f[-2::-1]), np.append(amps, amps[-2::-1])
+    return Pieces(f, amps, np.diff(amps) / np.diff(f))
 
 
 def _raised(f: FloatArray, amps: FloatArray) -> FloatArray:
@@ -179,12 +182,12 @@ class Draw(NamedTuple):
             current[..., columns] = curve.draws(f[..., columns])
         return current
 
-    def slopes(self, f: FloatArray) -> FloatArray:
+    def rises(self, f: FloatArray) -> FloatArray:
         """Slope (…, n) of each thruster's current at thrusts (…, n) [A/N]."""
-        slopes = np.empty(f.shape)
+        rises = np.empty(f.shape)
         for curve, columns in self.groups:
-            slopes[..., columns] = curve.slopes(f[..., columns])
-        return slopes
+            rises[..., columns] = curve.rises(f[..., columns])
+        return rises
 
 
 @lru_cache(maxsize=256)
@@ -204,20 +207,23 @@ class Cap(NamedTuple):
     most : of the supply [A], or [W] with ``of_power``
     reserve : what everything else draws of it, in the same unit
     of_power : whether both are watts
+    volts : voltage where a call says none [V]; None where nothing says
     """
 
     most: float
     reserve: float = 0.0
     of_power: bool = False
+    volts: float | None = None
 
     def amps(self, volts: float | None = None) -> float:
         """Amperes left for the thrusters; raises DemandError for watts without a voltage [V]."""
         left = self.most - self.reserve
         if not self.of_power:
             return left
-        if volts is None or not 0.0 < volts < inf:
-            raise DemandError(f"volts: got {volts}, expected a number above 0, since the cap is in watts [V]")
-        return left / volts
+        at = self.volts if volts is None else volts
+        if at is None or not 0.0 < at < inf:
+            raise DemandError(f"volts: got {at}, expected a number above 0, since the cap is in watts [V]")
+        return left / at
 
 
 def checked_cap(cap: float) -> float:

@@ -134,11 +134,11 @@ def read_cap(keys: CapKeys, name: str, escs: Sequence[Esc], f_min: FloatArray, f
         )
     if not escs or any(esc.current is None for esc in escs):
         raise VehicleError("cap: got a cap without currents, expected 'current' in 'esc'", "cap")
-    cap = Cap(most, keys.reserve, of_power=key == "watts")
     volts = next((esc.nominal for esc in escs if not np.isnan(esc.nominal)), None)
+    cap = Cap(most, keys.reserve, key == "watts", volts)
     if any(esc.needs_volts for esc in escs) or (cap.of_power and volts is None):
         return cap  # without a voltage nothing is known of either
-    left = cap.amps(volts)
+    left = cap.amps()
     least = float(esc_draw(name, escs, None).amps(np.clip(0.0, f_min, f_max)).sum())
     if not least < left:
         raise VehicleError(

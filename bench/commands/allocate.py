@@ -34,6 +34,7 @@ Made = TypeVar("Made")
 @log_options
 @click.option("--names", is_flag=True, help="Head the thrusts' columns with the thrusters' names.")
 @click.option("--esc", is_flag=True, help="Commands of the ESCs too, and the wrench that they make.")
+@click.option("--cap", metavar="A", help="Most amperes of all thrusters together; or file: the vehicle's.")
 @click.option("-o", "--output", type=PATH, help="Thrust CSV [standard output].")
 def command(
     demands: Path,
@@ -45,6 +46,7 @@ def command(
     plugins: tuple[Path, ...],
     names: bool,
     esc: bool,
+    cap: str | None,
     output: Path | None,
     **options: Any,
 ) -> None:
@@ -61,6 +63,9 @@ def command(
     lie within what the ESCs make at the row's voltage, or at the nominal one, so shares are those of the
     wrench made, but for the steps of the commands.
 
+    With --cap the thrusters draw no more together, by the vehicle's `esc.current` at the row's voltage or the
+    nominal one, and shares say what is left of the demand. Methods that take no cap refuse it.
+
     Where a plug-in's answer is wrong by the equations, nothing is written and a line says which: asked are
     wrench, limits and shares. Whether it is the optimum that FORMULATION promises, `run` says.
     """
@@ -71,7 +76,7 @@ def command(
     from bench.harness.process import apart
     from bench.inputs.demand_csv import esc_columns, format_thrusts
     from bench.inputs.faults import EACH, parse_fault, with_fault
-    from bench.inputs.log_limits import row_limits
+    from bench.inputs.log_limits import row_limits, row_supply
     from bench.inputs.logs import log_for
     from bench.results.text import harmless
 
@@ -96,6 +101,7 @@ def command(
         else:
             lows, highs = low, high
     calls = [log.taus] if lows is None or highs is None else [log.taus, lows, highs]
+    supply = row_supply(answering, cap, log.columns.get("volts"), len(log.taus))
 
     def answered() -> "tuple[list[Allocation], dict[str, Any]]":
         """The answers, and what the allocator promises where a plug-in's are to be held to it."""
@@ -103,7 +109,7 @@ def command(
         if entry.name != method:
             raise UnknownName(f"holds method '{entry.name}', not '{method}'; give --method {entry.name}")
         allocator = prepare(entry, answering, start=start, level=level)
-        answers = list(map(allocator, *calls))
+        answers = [allocator(*call, **at) for *call, at in zip(*calls, supply, strict=True)]
         if not plugin:
             return answers, {}
         from bench.judging.question import promised

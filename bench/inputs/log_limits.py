@@ -9,7 +9,7 @@ import numpy as np
 
 from alloc import Vehicle
 from alloc.allocation import FloatArray
-from alloc.errors import DemandError
+from alloc.errors import DemandError, VehicleError
 from alloc.vehicle.limits import VoltageTable
 from bench.inputs.columns import VOLTS, Column, named_column, split
 
@@ -107,6 +107,30 @@ def row_limits(
             high[:, i] = np.minimum(high[:, i], values)
     off = vehicle.readiness == 0
     return np.where(off, 0.0, low), np.where(off, 0.0, high)
+
+
+def row_supply(
+    vehicle: Vehicle, cap: str | None, volts: FloatArray | None, count: int
+) -> list[dict[str, float]]:
+    """The arguments cap [A] and volts [V] of each of ``count`` calls; none without a cap.
+
+    ``cap`` are amperes, or ``file`` for the vehicle's own; volts (count,) are those of the demands, None for
+    the nominal one. Raises DemandError for another word, VehicleError for a vehicle without a cap.
+    """
+    if cap is None:
+        return [{}] * count
+    at: list[dict[str, float]] = [{}] * count if volts is None else [{"volts": float(v)} for v in volts]
+    if cap == "file":
+        if vehicle.cap is None:
+            raise VehicleError(
+                f"{vehicle.name}: has no cap for --cap file; add 'cap' to its file, or give amperes", "cap"
+            )
+        return [{"cap": vehicle.cap.amps(**each), **each} for each in at]
+    try:
+        amps = float(cap)
+    except ValueError:
+        raise DemandError(f"--cap: got {cap[:40]!r}, expected a number of amperes, or file") from None
+    return [{"cap": amps, **each} for each in at]
 
 
 def _by_volts(path: Path, volts: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:

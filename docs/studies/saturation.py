@@ -91,7 +91,7 @@ def against_programs(method: str, cases: int) -> Programs:
         lows, highs = limits(vehicle, rng, each)
         taus = rng.normal(size=(each, vehicle.k)) * vehicle.wrench_scale * 10 ** rng.uniform(-1, 1, (each, 1))
         for tau, low, high in zip(taus, lows, highs, strict=True):
-            f, _, _, _, share, _ = allocate(tau, low, high)
+            f, _, _, _, share, *_ = allocate(tau, low, high)
             w = vehicle.TP @ start(low, high)
             for D, keep, taken in zip(maps, way.keep, share, strict=True):
                 step = D @ (tau - w)

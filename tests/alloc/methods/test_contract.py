@@ -73,7 +73,7 @@ def says_what_it_makes(allocate: Allocator, case: Vehicle, taus: np.ndarray) -> 
     """Each answer lies inside the limits, and makes what status and share say."""
     way = find_formulation(allocate.formulation).way
     for tau in taus:
-        f, status, _, _, share, _ = allocate(tau)
+        f, status, _, _, share, *_ = allocate(tau)
         assert f.shape == (case.n,)
         assert f.dtype == np.float64
         if status in (Status.INFEASIBLE, Status.NOT_CONVERGED):

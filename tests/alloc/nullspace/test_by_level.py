@@ -96,7 +96,7 @@ def test_where_limits_contradict_themselves_there_is_no_answer(method: str, vehi
     allocate = build(method, vehicle)
     low = vehicle.f_min.copy()
     low[1] = vehicle.f_max[1] + 1e-9
-    f, status, _, _, share, _ = allocate(np.zeros(vehicle.k), f_min=low)
+    f, status, _, _, share, *_ = allocate(np.zeros(vehicle.k), f_min=low)
     F, statuses = allocate.many(np.zeros((2, vehicle.k)), f_min=np.array([low, vehicle.f_min]))
     assert status is Status.INFEASIBLE
     assert list(statuses) == [Status.INFEASIBLE, Status.SOLVED]
@@ -128,7 +128,7 @@ def test_every_finite_demand_has_a_finite_answer_inside_any_limits(method: str, 
     low, high = np.minimum(a, b), np.maximum(a, b)
     tau = np.array(data.draw(signed(vehicle.k)))
     allocate = PREPARED[method, vehicle.name]
-    f, status, _, _, share, _ = allocate(tau, low, high)
+    f, status, _, _, share, *_ = allocate(tau, low, high)
     F, _ = allocate.many(tau[None], low, high)
     off = vehicle.readiness == 0
     for thrusts in (f, F[0]):
@@ -203,7 +203,7 @@ def test_priority_serves_its_first_level_as_if_the_others_were_not_asked_and_all
     alone = np.zeros_like(taus)
     alone[:, levels[0]] = taus[:, levels[0]]
     for tau, largest in zip(taus, alpha_max(vehicle, alone), strict=True):
-        f, _, _, _, share, _ = allocate(tau)
+        f, _, _, _, share, *_ = allocate(tau)
         assert share[0] == pytest.approx(min(1.0, 0.99 * largest), rel=1e-12)
         for level, delivered in zip(levels, share, strict=True):
             np.testing.assert_allclose((vehicle.TP @ f)[level], delivered * tau[level], atol=1e-9)

@@ -93,7 +93,7 @@ def test_a_slope_is_that_of_the_current_to_the_right(tmp_path: Path) -> None:
     for esc in (f"{CURVE}, {AMPS}", f"{CURVE}, {LAW}"):
         draw = two(tmp_path, esc).draw(12.0)
         rise = (draw.amps(f + step) - draw.amps(f)) / step
-        np.testing.assert_allclose(draw.slopes(f), rise, rtol=1e-5)
+        np.testing.assert_allclose(draw.rises(f), rise, rtol=1e-5)
 
 
 def test_a_cap_is_what_the_reserve_leaves_and_watts_are_divided_by_volts(tmp_path: Path) -> None:

@@ -293,6 +293,49 @@ def test_with_esc_a_plug_in_s_function_of_the_demand_alone_is_held_to_what_the_e
     assert (row["status"], row["f0"], row["made_surge"]) == ("PARTIAL", "51", "204")
 
 
+FUSED = """\
+name: fused
+dof: [surge, yaw]
+T: [[1, 1], [0.2, -0.2]]
+esc:
+  {neutral: 0, range: [-9, 9], step: 0.1, volts: 12, curve: {12: [[-9, -40], [0, 0], [9, 40]]},
+   current: {ahead: 0.1, astern: 0.1, power: 2}}
+cap: {watts: 276, reserve: 36}
+"""
+
+
+@pytest.mark.parametrize(("cap", "amps"), [("20", 20.0), ("file", 20.0), ("5", 5.0), ("900", 320.0)])
+def test_with_a_cap_the_thrusters_draw_no_more_and_the_share_says_what_is_left(
+    cap: str, amps: float, tmp_path: Path
+) -> None:
+    (tmp_path / "fused.yaml").write_text(FUSED)
+    demands = tmp_path / "demands.csv"
+    demands.write_text("surge,yaw\n80,0\n1,0\n")
+    result = allocate(demands, "--vehicle", tmp_path / "fused.yaml", "--method", "scaled", "--cap", cap)
+    cut, met = csv.DictReader(result.stdout.splitlines())
+    f = np.array([float(cut["f0"]), float(cut["f1"])])
+    assert (0.1 * f**2).sum() == pytest.approx(amps)
+    assert float(cut["share0"]) == pytest.approx(f.sum() / 80)
+    assert (met["status"], met["share0"]) == ("SOLVED", "1")
+
+
+@pytest.mark.parametrize(
+    ("method", "cap", "said"),
+    [
+        ("scaled", "much", "--cap: got 'much', expected a number of amperes, or file"),
+        ("scaled", "nan", "cap: got nan, expected a finite number of amperes"),
+        ("scaled", "file", "ukwial: has no cap for --cap file; add 'cap' to its file"),
+        ("scaled", "20", "ukwial: has no currents; add 'current' to 'esc'"),
+        ("nullspace", "20", "cap: methods for 'hard' take none; use scaled"),
+        ("scaled@native", "20", "cap: compiled methods take none; use scaled"),
+    ],
+)
+def test_a_cap_that_can_t_be_kept_is_refused(demands: Path, method: str, cap: str, said: str) -> None:
+    result = allocate(demands, "--vehicle", "ukwial", "--method", method, "--cap", cap)
+    assert isinstance(result.exception, AllocError)
+    assert said in str(result.exception)
+
+
 def test_esc_of_a_vehicle_without_one_is_refused(demands: Path) -> None:
     result = allocate(demands, "--vehicle", "ukwial", "--method", "pinv", "--esc")
     assert "add 'esc' to its file" in str(result.exception)

@@ -67,7 +67,7 @@ def test_each_kind_is_asked_and_with_limits_of_its_own_and_with_each_thruster_of
 
 def astray(allocate: Any) -> Any:
     """As ``scaled`` once was: a thin row has the last word, and nobody looks where thrusts end."""
-    exact = allocate._exact
+    exact = allocate._uncapped._exact
     exact._held = inf
     exact._blocks = [
         (rows, N, prepare(np.array(N), exact._slack, thin=1e-300)) for rows, N, _ in exact._blocks
