@@ -94,15 +94,19 @@ def _axes(vehicle: Vehicle, direction: FloatArray) -> tuple[str, ...]:
     return tuple(axis for axis, c in zip(vehicle.dof, direction, strict=True) if abs(c) >= INVOLVED)
 
 
+def weak_axes(vehicle: Vehicle) -> Iterator[tuple[FloatArray, tuple[str, ...], float]]:
+    """Row c (k,), axes and share sigma / sigma_max of each direction that is weak and not lost."""
+    for c, left in zip(vehicle.weak, vehicle.weak_left.tolist(), strict=True):
+        sizes = c * vehicle.directions.scale
+        if left > 0.0:
+            yield c, _axes(vehicle, sizes / np.abs(sizes).max()), left
+
+
 def on_weak(vehicle: Vehicle) -> Iterator[Remark]:
     """A remark on each direction of the whole vehicle that is weak and not lost: its share, who does what."""
     found = vehicle.directions
     best = vehicle.dof[int(np.argmax(np.abs(found.rows[0] * found.scale)))]
-    for c, left in zip(vehicle.weak, vehicle.weak_left, strict=True):
-        if not left:
-            continue
-        sizes = c * found.scale
-        axes = _axes(vehicle, sizes / np.abs(sizes).max())
+    for _, axes, left in weak_axes(vehicle):
         than = (
             f"a survey of {vehicle.survey.words} can make"
             if vehicle.weak_limit is None

@@ -63,10 +63,8 @@ def matrices(keys: VehicleFile) -> tuple[FloatArray, FloatArray | None]:
         geometries.append(_rectangular("T", keys.T))
         if len(keys.T) != len(keys.dof):
             raise VehicleError(f"T: has {len(keys.T)} rows; give {len(keys.dof)}, one a DOF in 'dof'", "T")
-    if keys.planar is not None:
-        geometries.append(_from_planar(keys.planar, keys.dof)[rows])
-    if keys.thrusters is not None:
-        geometries.append(_from_poses(keys)[rows])
+    if (whole := _of_poses(keys)) is not None:
+        geometries.append(whole[rows])
     match geometries:
         case []:
             raise VehicleError("no geometry; give thrusters, planar or T")
@@ -128,11 +126,12 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
         low, high = limits_of(made)
         f_min, f_max = low if f_min is None else f_min, high if f_max is None else f_max
     by_volts = voltage_table(made) if keys.volts is None and made else None
+    whole = _of_poses(keys)
     vehicle = Vehicle(
         name=keys.name,
         dof=tuple(keys.dof),
         T=T,
-        poses=_of_poses(keys, n),
+        poses=whole if whole is not None and whole.shape[1] == n else None,
         H=H,
         f_min=f_min,
         f_max=f_max,
@@ -232,12 +231,11 @@ def _from_poses(keys: VehicleFile) -> FloatArray:
     return pose_matrix(positions, directions, np.array(keys.center_of_mass), moments)
 
 
-def _of_poses(keys: VehicleFile, n: int) -> FloatArray | None:
-    """(6, n) all rows that the poses of a file make; None where it has none of n thrusters."""
+def _of_poses(keys: VehicleFile) -> FloatArray | None:
+    """(6, n) all rows that the poses of a file make; None where it has none."""
     if keys.planar is None and keys.thrusters is None:
         return None
-    whole = _from_poses(keys) if keys.planar is None else _from_planar(keys.planar, keys.dof)
-    return whole if whole.shape[1] == n else None
+    return _from_poses(keys) if keys.planar is None else _from_planar(keys.planar, keys.dof)
 
 
 def _rectangular(key: str, rows: list[Numbers]) -> FloatArray:

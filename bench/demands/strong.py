@@ -10,12 +10,11 @@ import numpy as np
 
 from alloc import Vehicle, alpha_max
 from alloc.allocation import FloatArray
+from alloc.lint.failures import weak_axes
 from alloc.lint.report import percent
 from alloc.reach.attainable import single_axis_maxima
 from alloc.reach.way import step_maps
 
-INVOLVED = 0.3
-"""Share of a weak direction's largest coefficient, moments over the rms arm, from which an axis is named."""
 KEPT = 0.5
 """Share of an axis that must be strong for a demand along it to be asked: of a weak axis a trace is left."""
 
@@ -86,14 +85,9 @@ class WeakDirection(NamedTuple):
 def weak_directions(vehicle: Vehicle) -> list[WeakDirection]:
     """Directions that are weak, and not lost."""
     found = []
-    for c, left in zip(vehicle.weak, vehicle.weak_left, strict=True):
-        if left > 0.0:
-            size = np.abs(c * vehicle.directions.scale)
-            axes = [
-                axis for axis, part in zip(vehicle.dof, size, strict=True) if part >= INVOLVED * size.max()
-            ]
-            pushes = c @ vehicle.TP
-            ends = np.array([pushes * vehicle.f_min, pushes * vehicle.f_max])
-            bound = max(ends.max(axis=0).sum(), -ends.min(axis=0).sum())
-            found.append(WeakDirection(f"{' and '.join(axes)} ({percent(left)} % left)", float(bound)))
+    for c, axes, left in weak_axes(vehicle):
+        pushes = c @ vehicle.TP
+        ends = np.array([pushes * vehicle.f_min, pushes * vehicle.f_max])
+        bound = max(ends.max(axis=0).sum(), -ends.min(axis=0).sum())
+        found.append(WeakDirection(f"{' and '.join(axes)} ({percent(left)} % left)", float(bound)))
     return found
