@@ -27,7 +27,7 @@ def test_a_finding_says_guess_version_and_consequence_and_stands_alone(script: P
     assert "folder=$(mktemp -d); trap 'rm -rf \"$folder\"' EXIT" in text
     assert not re.search(r"thrustbench|\bimport (alloc|bench)\b|\bfrom (alloc|bench)\b", text)
     for wanted in re.findall(r"pip\" install [^\n]*--disable-pip-version-check ([^\n]*)", text):
-        assert re.match(r'"?[a-z]+==(\d+\.\d+\.\d+|\$version)"?', wanted), wanted
+        assert re.match(r'"?[a-z-]+==(\d+\.\d+\.\d+|\$version)"?', wanted), wanted
     assert max(map(len, text.splitlines())) <= 130
 
 
