@@ -14,6 +14,11 @@ def is_compiled(path: Path) -> bool:
     return _beginning(path).startswith(MAGIC)
 
 
+def is_library(path: Path) -> bool:
+    """True if a file is compiled, and to be loaded."""
+    return is_compiled(path) and not is_program(path)
+
+
 def is_program(path: Path) -> bool:
     """True if a file is to be run, not loaded: a compiled program, or an executable script but for Python's.
 

@@ -53,6 +53,7 @@ class _Context(ctypes.Structure):
     _fields_ = (
         ("call", ctypes.c_void_p),
         ("allocator", ctypes.c_void_p),
+        ("reset", ctypes.c_void_p),
         ("name", ctypes.c_char_p),
         *((name, ctypes.c_int) for name in ("k", "n", "shares")),
         ("room", ctypes.c_void_p),
@@ -81,20 +82,31 @@ def plugin(path: Path, rule: str) -> ModuleType:
         "LIMITED": promise.limited,
         "TOLERANCE": promise.tolerance,
     }
+    build = partial(bound, path, library, promise)
+    if hasattr(library, "tba_reset"):
+        declared["STARTS"] = ("cold", "warm")
+        build = partial(build, start="warm")
     vars(module).update(
         declared,
         FOREIGN=True,
-        build=partial(bound, path, library, promise),
+        build=build,
         idle_call=partial(bound, path, library, promise, is_idle=True),
     )
     return module
 
 
 def bound(
-    path: Path, library: ctypes.CDLL, promise: LibraryPromise, vehicle: Vehicle, *, is_idle: bool = False
+    path: Path,
+    library: ctypes.CDLL,
+    promise: LibraryPromise,
+    vehicle: Vehicle,
+    *,
+    start: str = "-",
+    is_idle: bool = False,
 ) -> Allocator:
     """The library's allocator for a vehicle; raises NotApplicable, NotInstalled.
 
+    With the start ``cold`` it forgets all earlier calls before each.
     With ``is_idle`` a function that does nothing stands in place of the library's: its calls are the way in.
     """
     if lacking := missing():
@@ -123,7 +135,8 @@ def bound(
     function = ctypes.CDLL(str(caller)).foreign_nothing if is_idle else library.tba_call
     call = ctypes.cast(function, ctypes.c_void_p).value
     sizes = (vehicle.k, vehicle.n, shares)
-    context = _Context(call, allocator, path.name.encode(), *sizes, room.ctypes.data)
+    reset = ctypes.cast(library.tba_reset, ctypes.c_void_p).value if start == "cold" else None
+    context = _Context(call, allocator, reset, path.name.encode(), *sizes, room.ctypes.data)
     return native(
         caller,
         ("foreign_call", "foreign_call"),

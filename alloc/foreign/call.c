@@ -33,6 +33,7 @@ static const tba_real wall[WALL] = {STONES};
 struct context {
     int (*call)(void *allocator, const struct tba_input *input, struct tba_output *output);
     void *allocator;
+    void (*reset)(void *allocator); /* before each call; NULL for none */
     const char *name;
     int k, n, shares;
     tba_real *room; /* tau (k), f_min, f_max, f (n each) and the shares, with a wall of WALL stones around each */
@@ -67,6 +68,9 @@ int foreign_call(const struct context *c, const double *tau, const double *f_min
     const struct tba_input input = {sizeof input, array[TAU], f_min != NULL ? array[F_MIN] : NULL,
                                     f_min != NULL ? array[F_MAX] : NULL};
     struct tba_output output = {sizeof output, array[F], c->shares ? array[SHARE] : NULL};
+    if (c->reset != NULL) {
+        c->reset(c->allocator);
+    }
     const int status = c->call(c->allocator, &input, &output);
 
     at = c->room;

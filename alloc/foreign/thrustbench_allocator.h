@@ -76,12 +76,17 @@ int tba_interface(void);
  * stay as they are as long as the allocator is called. */
 void *tba_prepare(const struct tba_vehicle *vehicle, const char **reason);
 
-/* The thrusts for one wrench. Calls come one after the other; the answer depends on this call's input alone. */
+/* The thrusts for one wrench. Calls come one after the other; the answer depends on this call's input alone, to the
+ * bit, unless tba_reset is there. */
 int tba_call(void *allocator, const struct tba_input *input, struct tba_output *output);
 
 /* Optional: what answers are held to. Without it, no more than to stay within the largest limit of the least-effort
  * thrusts where those fit. */
 const struct tba_promise *tba_promises(void);
+
+/* Optional, for an allocator with a memory, as a warm start is: forget all calls. Such a one is judged cold, with a
+ * reset before each call, and warm, without. */
+void tba_reset(void *allocator);
 
 #ifdef __cplusplus
 }

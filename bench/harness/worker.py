@@ -21,9 +21,11 @@ from alloc import Allocation, Allocator, NotApplicable, Vehicle, solvers
 from alloc.allocation import BoundedSteps, FloatArray, StatusArray, TwoStage, real
 from alloc.discovery import Entry, find, load_plugin, prepare
 from alloc.errors import NotInstalled, PluginError, UnknownName
+from alloc.foreign import is_library
 from alloc.live.plain import ANY_DISTANCE
 from alloc.vehicle.call_limits import one_by_one
 from bench.demands.store import Case, load_case, save
+from bench.harness.conduct import leftovers, misconduct, take_census
 from bench.harness.machine import between, reading
 from bench.harness.process import (
     AnswersWritten,
@@ -256,7 +258,9 @@ def measure(task: MeasureTask, question: Question, job: Job, line: Worker) -> Ce
     solvers.disbelieved.clear()
     with no_garbage_collection():
         before = reading(core)
+        own = take_census()
         samples: Samples[Any] = sample(allocator, inputs, job.budget_ns)
+        own_later = take_census()
         cell.disbelieved = dict(solvers.disbelieved)
         binding = time_binding(allocator, timed, job.budget_ns // BINDING_SHARE)
         way_in = time_idle_calls(job, given, inputs)
@@ -268,8 +272,11 @@ def measure(task: MeasureTask, question: Question, job: Job, line: Worker) -> Ce
     if job.method not in YARDSTICKS:
         cell.allocator_bytes = reachable_bytes(allocator)
         describe(cell, allocator, samples.answers, timed)
-        if cell.judged and any(map(changed, inputs, arguments(timed))):
-            cell.judged.wrong = "; ".join(filter(None, (cell.judged.wrong, WRITES)))
+        amiss = [WRITES] if any(map(changed, inputs, arguments(timed))) else []
+        if runs_inside(job):
+            amiss += misconduct(allocator, arguments(timed), samples.answers) + leftovers(own, own_later)
+        if cell.judged and amiss:
+            cell.judged.wrong = "; ".join(filter(None, (cell.judged.wrong, *amiss)))
         if timed is not question:
             judge_whole(cell, allocator, question)
     return cell
@@ -342,6 +349,11 @@ def time_binding(allocator: Any, question: Question, budget_ns: int) -> Samples[
         allocator.pose(tau, *limits) for tau, *limits in calls if not limits or (limits[0] <= limits[1]).all()
     ]
     return sample(allocator.solve, list(zip(*posed, strict=True)), budget_ns, singles=0)
+
+
+def runs_inside(job: Job) -> bool:
+    """True for somebody's library, whose calls run in this process, and which must answer alike each time."""
+    return job.plugin is not None and is_library(Path(job.plugin)) and job.start != "warm"
 
 
 def time_idle_calls(job: Job, vehicle: Vehicle, inputs: list[list[FloatArray]]) -> Samples[Any]:

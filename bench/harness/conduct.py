@@ -1,0 +1,118 @@
+"""Conduct of somebody's compiled allocator beyond its answers: memory, threads, processes, output, state."""
+
+import os
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from alloc import Allocation
+from bench.harness.timing import Columns
+
+LEAK_NS, LEAK_CALLS = 50_000_000, 100_000
+"""Calls that memory is watched over: for so long, and so many at most."""
+LEAK_BYTES = 1 << 20
+"""Growth that is told [bytes]: what the C library keeps for later is less."""
+SHOWN = 40
+"""Characters of a library's output that a reason repeats."""
+
+
+def misconduct(call: Callable[..., Allocation], inputs: Columns, answers: Sequence[Allocation]) -> list[str]:
+    """Reasons why a library is not fit to fly, each in words; empty for one that only answers.
+
+    ``answers`` are those to ``inputs``, in order. Each demand is asked once more, the last one first: an
+    answer must be the same to the bit, whatever was asked before.
+    """
+    calls = list(zip(*inputs, strict=True))
+    with _captured() as output:
+        again = [call(*arguments) for arguments in reversed(calls)][::-1]
+    found = [_dependence(answers[: len(calls)], again), _growth(call, calls)]
+    if output:
+        found.append(f"prints on standard output: {output[0][:SHOWN]!r}")
+    return list(filter(None, found))
+
+
+class Census(NamedTuple):
+    """Count of what belongs to this process.
+
+    Attributes
+    ----------
+    threads : its own
+    processes : that it has started and that are there, ended ones too
+    """
+
+    threads: int
+    processes: int
+
+
+def take_census() -> Census:
+    """Threads and child processes of this process now; none where the system does not tell."""
+    threads = list(Path("/proc/self/task").glob("*/children"))
+    with suppress(OSError):  # a thread that ends meanwhile
+        return Census(len(threads), sum(len(each.read_text(encoding="ascii").split()) for each in threads))
+    return Census(len(threads), 0)
+
+
+def leftovers(before: Census, after: Census) -> list[str]:
+    """Threads and processes that calls between two counts left behind, in words."""
+    more = zip(Census._fields, before, after, strict=True)
+    return [f"its calls leave {what} behind: {b - a} more than before" for what, a, b in more if b > a]
+
+
+def _dependence(first: Sequence[Allocation], again: Sequence[Allocation]) -> str:
+    """The first demand with another answer at its second time; empty for none."""
+    for number, (one, other) in enumerate(zip(first, again, strict=True)):
+        if one.status != other.status or not np.array_equal(one.f, other.f, equal_nan=True):
+            by = float(np.abs(one.f - other.f).max())
+            apart = f"by {by:.2g} N" if by == by else f"as {other.status.name} after {one.status.name}"
+            return (
+                f"depends on earlier calls: demand {number}, asked again, is answered otherwise, {apart};"
+                " an allocator with a memory exports tba_reset"
+            )
+    return ""
+
+
+def _growth(call: Callable[..., Allocation], calls: Sequence[tuple[Any, ...]]) -> str:
+    """Growth of memory over a million calls, in words; empty for none."""
+    before, done, end = _resident(), 0, time.perf_counter_ns() + LEAK_NS
+    while done < LEAK_CALLS and time.perf_counter_ns() < end:
+        for arguments in calls:
+            call(*arguments)
+        done += len(calls)
+    grown = _resident() - before
+    return f"its memory grows by {grown / done:.3g} MB in a million calls" if grown > LEAK_BYTES else ""
+
+
+def _resident() -> int:
+    """Resident memory of this process [bytes]; 0 where the system does not tell."""
+    try:
+        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+    except OSError:
+        return 0
+    return pages * os.sysconf("SC_PAGE_SIZE")
+
+
+@contextmanager
+def _captured() -> Iterator[list[str]]:
+    """Keep what is printed on standard output, also by C; the list holds it at the end, if there is any."""
+    import ctypes
+
+    flush = ctypes.CDLL(None).fflush
+    printed: list[str] = []
+    flush(None)
+    own = os.dup(1)
+    with tempfile.TemporaryFile() as file:
+        os.dup2(file.fileno(), 1)
+        try:
+            yield printed
+        finally:
+            flush(None)
+            os.dup2(own, 1)
+            os.close(own)
+        file.seek(0)
+        if text := file.read(1000).decode(errors="replace"):
+            printed.append(" ".join(text.split()))
