@@ -176,7 +176,7 @@ static int parsed(PyObject *const *args, Py_ssize_t count, PyObject *names, PyOb
         PyObject *refusal = errors != NULL ? PyObject_GetAttrString(errors, "DemandError") : NULL;
         Py_XDECREF(errors);
         if (refusal != NULL) {
-            PyErr_SetString(refusal, "cap: compiled methods take none; use scaled");
+            PyErr_SetString(refusal, "cap: compiled methods take none; use scaled or frugal");
             Py_DECREF(refusal);
             return 0;
         }

@@ -13,7 +13,7 @@ from alloc.errors import DemandError, VehicleError
 from alloc.reach.edge import start
 from alloc.vehicle.current import PowerLaw
 
-HONOUR = {"scaled"}
+HONOUR = {"scaled", "frugal"}
 """Methods that take a cap."""
 
 
