@@ -18,7 +18,7 @@ from alloc.vehicle.checks import SINGULAR
 from alloc.vehicle.current_file import read_cap, with_currents
 from alloc.vehicle.esc_file import LARGEST_COMMAND, escs, limits_of, voltage_table, with_curve_read
 from alloc.vehicle.geometry import DOF, contradictions, planar_matrix, pose_matrix, possible, refusals
-from alloc.vehicle.keys import EscKeys, Numbers, Planar, Rates, SurveyKeys, VehicleFile
+from alloc.vehicle.keys import EscKeys, InertiaKeys, Numbers, Planar, Rates, SurveyKeys, VehicleFile
 from alloc.vehicle.limits import Slew, VoltageTable
 from alloc.vehicle.names import listed
 from alloc.vehicle.weak import ALL_WEAK, DRAWN, Survey
@@ -147,6 +147,7 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
         names=names,
         frame=keys.frame or "frd",
         esc=made,
+        inertia=None if keys.inertia is None else _inertia(keys.inertia),
         cap=None if keys.cap is None else read_cap(keys.cap, keys.name, made, f_min, f_max),
     )
     if (said := keys.autopilot) is None:
@@ -154,6 +155,14 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
     limits = vehicle.f_min, vehicle.f_max
     mixer = make_autopilot(said.ardusub, limits, names, said.motors, said.reversed, said.coupling, said.gains)
     return replace(vehicle, autopilot=mixer)
+
+
+def _inertia(keys: InertiaKeys) -> FloatArray:
+    if not keys.mass > 0 or not all(moment > 0 for moment in keys.moments):
+        raise VehicleError("inertia: mass and moments must be above 0 [kg, kg m^2]", "inertia")
+    if not all(added >= 0 for added in keys.added):
+        raise VehicleError("inertia: added: give numbers of 0 or more [kg, kg m^2]", "inertia")
+    return np.add([*[keys.mass] * 3, *keys.moments], keys.added)
 
 
 def _said(keys: VehicleFile, key: str, n: int) -> FloatArray | None:

@@ -74,6 +74,21 @@ class AutopilotKeys(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=Tr
     gains: dict[str, float] = {}
 
 
+class InertiaKeys(msgspec.Struct, forbid_unknown_fields=True):
+    """Mass and moments of inertia about the centre of mass, and what the water adds to each axis.
+
+    Attributes
+    ----------
+    mass : of the vehicle, water inside its hull included [kg]
+    moments : about x, y, z [kg m^2]
+    added : added mass of surge, sway, heave [kg] and added moments of roll, pitch, yaw [kg m^2]
+    """
+
+    mass: float
+    moments: tuple[float, float, float]
+    added: tuple[float, float, float, float, float, float] = (0.0,) * 6
+
+
 class Planar(msgspec.Struct, forbid_unknown_fields=True):
     """Thrusters in the horizontal plane, as eq. 3 takes them.
 
@@ -167,6 +182,7 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     rank : intended rank of T where it is below k
     survey : how well poses, or T, are known; left out, 3 mm and 0.3 deg, or 1 % where T is no poses'
     cap : on the current or the power of all thrusters together; needs ``current`` in ``esc``
+    inertia : mass and moments of inertia, added ones too: readiness from accelerations needs it
     weak : auto, by ``survey``; or sigma / sigma_max up to which methods with a share leave a direction out
     notes : remarks, such as what an import assumed
     """
@@ -190,6 +206,7 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     volts: dict[str, tuple[float | Numbers, float | Numbers]] | None = None
     esc: EscKeys | list[EscKeys] | None = None
     cap: CapKeys | None = None
+    inertia: InertiaKeys | None = None
     priority: list[list[Axis]] = []
     groups: list[list[Axis]] = []
     names: list[str] | None = None

@@ -45,6 +45,8 @@ class Vehicle:
     frame : of T and of every wrench: frd (x ahead, y to starboard, z down) or flu (x ahead, y to port, z up)
     esc : (n,) what stands between each thrust and the wire; empty where nothing says
     cap : on what all thrusters draw together, for calls to be given; None where nothing says
+    inertia : (6,) mass or moment of inertia of each of ``DOF``, added one included [kg, kg m^2]; None where
+        nothing says
     survey : how well the geometry is known
     weak_limit : sigma / sigma_max up to which a direction is weak; None where the survey decides
     autopilot : what mixes today, None where nothing says
@@ -75,10 +77,13 @@ class Vehicle:
     units: FloatArray | None = None
     poses: FloatArray | None = None
     cap: Cap | None = None
+    inertia: FloatArray | None = None
 
     def __post_init__(self) -> None:
         """Freeze private copies of the arrays; raise VehicleError where they describe no vehicle."""
-        there = {key: value for key in (*ARRAYS, "poses") if (value := getattr(self, key)) is not None}
+        there = {
+            key: value for key in (*ARRAYS, "poses", "inertia") if (value := getattr(self, key)) is not None
+        }
         arrays = {key: checked_array(self.name, key, value) for key, value in there.items()}
         checked_frame(self.frame)
         check_shapes(self.name, self.dof, arrays)
@@ -91,6 +96,8 @@ class Vehicle:
         check_values(self.name, self.names, arrays)
         for key, array in arrays.items():
             object.__setattr__(self, key, _frozen(array))
+        if self.inertia is not None and (self.inertia.shape != (6,) or not (self.inertia > 0.0).all()):
+            raise VehicleError(f"{self.name}: inertia: give mass and three moments above 0", "inertia")
         check_parts(self.name, n, self.slew, self.by_volts, self.esc)
         check_limit(self.name, self.weak_limit)
 

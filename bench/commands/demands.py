@@ -1,11 +1,17 @@
 """``thrustbench demands``."""
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from bench.commands import PATH, echo, log_options, not_over, read_options
+
+if TYPE_CHECKING:
+    from alloc import Vehicle
+    from alloc.allocation import FloatArray
+    from bench.inputs.outputs import Outputs
 
 
 @click.command()
@@ -13,18 +19,24 @@ from bench.commands import PATH, echo, log_options, not_over, read_options
 @click.option("--vehicle", required=True, metavar="V", help="A shipped name or a YAML file.")
 @log_options
 @click.option("--from-outputs", is_flag=True, help="What the commands that went to the ESCs made.")
+@click.option("--accelerations", is_flag=True, help="With --from-outputs: readiness of each thruster.")
 @click.option("-o", "--output", type=PATH, help="The demands as CSV, in the vehicle's frame.")
-def command(log: Path, vehicle: str, from_outputs: bool, output: Path | None, **options: Any) -> None:
+def command(
+    log: Path, vehicle: str, from_outputs: bool, accelerations: bool, output: Path | None, **options: Any
+) -> None:
     """Say what a log (CSV, ROS bag, PX4 ULog) asks of a vehicle.
 
     Rate, gaps, labels, and what a closed form could serve. With --from-outputs, of a log of commands to the
     ESCs (ArduPilot .BIN, PX4 ULog, CSV with u0, u1, …): which wrench they made by the vehicle's `esc`, how
     often a thruster stood at its end or in its dead band, and what of the demand was left undone. -o writes
-    the wrenches that were made.
+    the wrenches that were made. With --accelerations, of a CSV with a_surge, …, v_surge, … too: how ready
+    each thruster was, with an interval, and which ones are weak.
     """
     not_over(output, log)
+    if accelerations and not from_outputs:
+        raise click.UsageError("--accelerations is of --from-outputs; give that too")
     if from_outputs:
-        _outputs(log, vehicle, output, **options)
+        _outputs(log, vehicle, output, accelerations, **options)
         return
     from alloc import load_vehicle
     from alloc.files.textfile import write_text
@@ -47,7 +59,7 @@ def command(log: Path, vehicle: str, from_outputs: bool, output: Path | None, **
         echo(f"warning: {read.doubt}", err=True)
 
 
-def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
+def _outputs(log: Path, name: str, output: Path | None, accelerations: bool, **options: Any) -> None:
     from alloc import load_vehicle
     from alloc.errors import DemandError, VehicleError
     from alloc.files.textfile import write_text
@@ -66,7 +78,10 @@ def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
     if given.scale and outputs.taus is None:
         raise DemandError(f"{log}: has no demands that could be scaled; leave out --scale")
     made = made_by(outputs, vehicle, given.scale)
+    readiness = _readiness(log, vehicle, outputs, made.f, given.columns) if accelerations else ""
     echo(outputs_text(made, outputs, vehicle))
+    if readiness:
+        echo(readiness)
     held = ""
     if output is not None:
         columns, held = columns_of(outputs.volts, vehicle)
@@ -81,3 +96,22 @@ def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
     is_open = outputs.shares and outputs.taus is not None and not given.scale
     for doubt in filter(None, (outputs.doubt, in_shares if is_open else "")):
         echo(f"warning: {doubt}", err=True)
+
+
+def _readiness(
+    log: Path, vehicle: "Vehicle", outputs: "Outputs", f: "FloatArray", columns: "Mapping[str, str]"
+) -> str:
+    """Lines on how ready each thruster was; raises DemandError where no window says anything."""
+    from alloc.errors import DemandError
+    from bench.inputs.motion import read_motion
+    from bench.judging.readiness import WINDOW_S, as_text, estimate_windows, known_inertia
+
+    known_inertia(vehicle)
+    motion = read_motion(log, outputs, vehicle, columns)
+    windows = list(estimate_windows(vehicle, motion.t, f, motion.a, motion.v))
+    if all(window.is_vague for window in windows):
+        raise DemandError(
+            f"{log}: nothing can be said of any thruster: no window of {WINDOW_S:g} s has enough rows and"
+            " motion; fly what `check --failures` names"
+        )
+    return as_text(vehicle, windows)

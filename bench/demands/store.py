@@ -22,7 +22,7 @@ ESC = tuple(field.name for field in fields(Esc) if field.name != "current")  # n
 MIXER = ("frame", "motors", "directions", "thrust", "coupling")
 LEVELS = ("priority", "groups")
 HARD = ("hard_labels", "hard_alpha")
-KNOWN = ("units", "poses")
+KNOWN = ("units", "poses", "inertia")
 """Arrays of a vehicle that may be missing."""
 
 

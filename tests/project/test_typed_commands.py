@@ -17,7 +17,7 @@ from tests.places import DOCS, ROOT
 
 PAGES = ("README.md", "CONTRIBUTING.md", *(f"docs/{name}" for name in navigation() if (DOCS / name).exists()))
 SHELL = ("", "sh", "console")
-GIVEN = ("dive.bag", "dive.BIN", "A", "B", "qp/slsqp", "mine")
+GIVEN = ("dive.bag", "dive.BIN", "motion.csv", "A", "B", "qp/slsqp", "mine")
 """Things that a reader has and no page writes: logs of a dive, two folders with trees; solver and method
 that pages add to the tree: test_documents.py and tests/alloc/methods/test_a_new_kernel.py do so."""
 SHORT = ("--method=pinv", "--n=4", "--budget-ms=0", "--repeats=1", "--demands=inactive")

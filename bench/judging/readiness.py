@@ -1,0 +1,184 @@
+"""Readiness of each thruster from what a vehicle did: least squares on T diag(p) f = M a + C(v) v + drag.
+
+Known are thrusts f that commands should have made, accelerations a and velocities v. Unknown are the
+readiness p_i of each thruster (1 as expected, 0 off, -1 reversed), linear and quadratic drag of each axis,
+none of them negative, and a constant wrench on each axis, as of weight and buoyancy. M has to be known:
+without it mass, drag and readiness can all be scaled together.
+
+Errors of an axis follow each other: rows are replaced by what they differ from rho times the row before,
+with rho and the size of the errors from a first solution (Cochrane and Orcutt 1949, J. American Statistical
+Association 44). Intervals are those of the linear model, so they hold no error of M, f or the form of drag.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from alloc import Vehicle
+from alloc.allocation import BoolArray, FloatArray
+from alloc.errors import VehicleError
+from alloc.vehicle.geometry import DOF
+
+WINDOW_S = 20.0
+"""Length of a window [s]."""
+FEWEST = 4
+"""Rows an unknown that a window needs at least."""
+LEAST, MOST = -1.5, 2.0
+"""Bounds of a readiness [-]; within them a healthy one is free to come out on either side of 1."""
+INTERVAL = 1.96
+"""Standard deviations of a 95 % interval."""
+ACCUSED = 5.0
+"""Standard deviations below MODEL from which a thruster is accused: with eight thrusters and windows of 20 s
+chance alone accuses less than once in a thousand hours."""
+MODEL = 0.9
+"""Readiness that errors of mass and thrust curves may feign [-]."""
+VAGUE = 0.5
+"""Half-width of an interval from which nothing can be said of a thruster [-]."""
+DEPENDENT = 1e-6
+"""Singular value, of the largest, below which a direction of unknowns left no trace in a window."""
+
+
+class WindowReadiness(NamedTuple):
+    """Readiness of each thruster in one window.
+
+    Attributes
+    ----------
+    begin, end : of the window [s]
+    p : (n,) estimates [-]; NaN where the window says nothing
+    half_width : (n,) of their 95 % intervals [-]; infinite where the window says nothing
+    """
+
+    begin: float
+    end: float
+    p: FloatArray
+    half_width: FloatArray
+
+    @property
+    def is_vague(self) -> bool:
+        """True if nothing can be said of any thruster."""
+        return not (self.half_width < VAGUE).any()
+
+    @property
+    def accused(self) -> list[int]:
+        """Thrusters that are weaker than chance and errors of the model explain."""
+        above = self.p + ACCUSED / INTERVAL * self.half_width
+        return np.flatnonzero((self.half_width < VAGUE) & (above < MODEL)).tolist()
+
+
+def known_inertia(vehicle: Vehicle) -> FloatArray:
+    """M (6,) of a vehicle; raises VehicleError where its file does not say it."""
+    if vehicle.inertia is None:
+        raise VehicleError(
+            f"{vehicle.name}: has no 'inertia', without which mass, drag and readiness could all be scaled"
+            " together; add mass, moments and added mass to its file (docs/failures.md)",
+            "inertia",
+        )
+    return vehicle.inertia
+
+
+def estimate_windows(
+    vehicle: Vehicle, t: FloatArray, f: FloatArray, a: FloatArray, v: FloatArray
+) -> Iterator[WindowReadiness]:
+    """Readiness in windows of WINDOW_S: thrusts f (N, n) [N], a and v (N, k) in SI, times t (N,) [s].
+
+    A window that is shorter, or has too few rows, is left out.
+    """
+    unknowns = vehicle.n + 4 * vehicle.k
+    edges = np.arange(t[0], t[-1] + 1e-9, WINDOW_S) if len(t) else np.empty(0)
+    for begin in edges.tolist():
+        rows = (t >= begin) & (t < begin + WINDOW_S)
+        if rows.sum() * vehicle.k < FEWEST * unknowns or t[rows][-1] - begin < WINDOW_S / 2:
+            continue
+        p, half_width = estimate_readiness(vehicle, f[rows], a[rows], v[rows])
+        yield WindowReadiness(begin, float(t[rows][-1]), p, half_width)
+
+
+def estimate_readiness(
+    vehicle: Vehicle, f: FloatArray, a: FloatArray, v: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Readiness p (n,) and half-widths (n,) of its 95 % intervals, from rows of one window."""
+    A, b, lower, upper = _equations(vehicle, f, a, v)
+    x = _bounded(A.reshape(-1, A.shape[-1]), b.ravel(), lower, upper)
+    errors = b - A @ x  # (N, k)
+    before, after = errors[:-1], errors[1:]
+    power = (before**2).sum(axis=0)
+    rho = np.clip((before * after).sum(axis=0) / np.where(power > 0, power, 1.0), 0.0, 0.99)
+    A, b = A[1:] - rho[:, None] * A[:-1], b[1:] - rho * b[:-1]
+    spread = np.sqrt(((after - rho * before) ** 2).mean(axis=0))
+    spread = np.maximum(spread, 1e-9 * float(np.abs(b).max()) + 1e-12)
+    rows, right = (A / spread[:, None]).reshape(-1, A.shape[-1]), (b / spread).ravel()
+    x = _bounded(rows, right, lower, upper)
+    covariance, is_open = _covariance(rows, right - rows @ x)
+    n = vehicle.n
+    half_width = INTERVAL * np.sqrt(np.diag(covariance)[:n])
+    return np.where(is_open[:n], np.nan, x[:n]), np.where(is_open[:n], np.inf, half_width)
+
+
+def _equations(
+    vehicle: Vehicle, f: FloatArray, a: FloatArray, v: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Rows A (N, k, m) and right sides (N, k) of A x = b, and bounds (m,) of x.
+
+    x is p, then linear drag, quadratic drag and constant of each axis.
+    """
+    N, k, n, inertia = len(f), vehicle.k, vehicle.n, known_inertia(vehicle)
+    pushed = vehicle.T * f[:, None, :]  # (N, k, n)
+    axes = np.eye(k)
+    drag = [-axes * v[:, None, :], -axes * (np.abs(v) * v)[:, None, :], np.broadcast_to(-axes, (N, k, k))]
+    lower = np.concatenate([np.full(n, LEAST), np.zeros(2 * k), np.full(k, -np.inf)])
+    upper = np.concatenate([np.full(n, MOST), np.full(3 * k, np.inf)])
+    which = [DOF.index(axis) for axis in vehicle.dof]
+    moved = inertia[which] * a + _coriolis(inertia, which, v)
+    return np.concatenate([pushed, *drag], axis=2), moved, lower, upper
+
+
+def _coriolis(inertia: FloatArray, which: list[int], v: FloatArray) -> FloatArray:
+    """C(v) v (N, k) of a diagonal M: w x (M1 u); w x (M2 w) + u x (M1 u) (Fossen 2021, ch. 6)."""
+    whole = np.zeros((len(v), 6))
+    whole[:, which] = v
+    u, w = whole[:, :3], whole[:, 3:]
+    momentum, spin = inertia[:3] * u, inertia[3:] * w
+    turning: FloatArray = np.hstack([np.cross(w, momentum), np.cross(w, spin) + np.cross(u, momentum)])
+    return turning[:, which]
+
+
+def _bounded(A: FloatArray, b: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
+    """Bounded least squares with columns of unit length."""
+    from scipy.optimize import lsq_linear
+
+    size = np.linalg.norm(A, axis=0)
+    size = np.where(size > 0.0, size, 1.0)
+    x: FloatArray = lsq_linear(A / size, b, (lower * size, upper * size), method="bvls").x / size
+    return x
+
+
+def _covariance(A: FloatArray, errors: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Covariance (m, m) of the unknowns, and those (m,) that the rows leave open."""
+    size = np.linalg.norm(A, axis=0)
+    size = np.where(size > 0.0, size, 1.0)
+    _, sigma, Vt = np.linalg.svd(A / size, full_matrices=False)
+    kept = sigma > DEPENDENT * sigma.max(initial=0.0)
+    free = max(len(A) - int(kept.sum()), 1)
+    root = Vt[kept].T / sigma[kept] / size[:, None]
+    is_open: BoolArray = (Vt[~kept] ** 2).sum(axis=0) > DEPENDENT
+    return (errors @ errors) / free * root @ root.T, is_open
+
+
+def as_text(vehicle: Vehicle, windows: list[WindowReadiness]) -> str:
+    """Lines of ``demands --accelerations``: readiness by window, then the thrusters that are accused."""
+    lines = []
+    for each in windows:
+        cells = [
+            f"{vehicle.called(i)} " + (f"{p:.2f} ± {half:.2g}" if half < VAGUE else "not known")
+            for i, (p, half) in enumerate(zip(each.p.tolist(), each.half_width.tolist(), strict=True))
+        ]
+        lines.append(f"{each.begin:g} … {each.end:g} s  {', '.join(cells)}")
+    for i in range(vehicle.n):
+        where = [each for each in windows if i in each.accused]
+        if where:
+            p = float(np.median([each.p[i] for each in where]))
+            lines.append(f"weak  {vehicle.called(i)}: {p:.2f} in {len(where)} of {len(windows)} windows")
+    if not any(each.accused for each in windows):
+        lines.append(f"weak  none: no readiness is surely below {MODEL:g}")
+    return "\n".join(lines)

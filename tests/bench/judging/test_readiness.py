@@ -1,0 +1,83 @@
+"""Readiness from simulated dives: right within its intervals, and nobody is accused without a reason."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from alloc import Vehicle, load_vehicle
+from alloc.allocation import FloatArray
+from alloc.errors import VehicleError
+from bench.demands.mission import M
+from bench.judging.readiness import WindowReadiness, estimate_readiness, estimate_windows, known_inertia
+from tests.dives import dive
+
+
+def heavy() -> Vehicle:
+    return load_vehicle("bluerov2-heavy")  # flies its own body: its file has the inertia of the source
+
+
+def one(i: int, readiness: float, n: int = 8) -> FloatArray:
+    p = np.ones(n)
+    p[i] = readiness
+    return p
+
+
+def only_window(vehicle: Vehicle, seed: int, readiness: FloatArray, noise: float = 0.05) -> WindowReadiness:
+    (window,) = estimate_windows(vehicle, *dive(vehicle, np.random.default_rng(seed), readiness, noise=noise))
+    return window
+
+
+@pytest.mark.parametrize(("thruster", "readiness"), [(2, 0.0), (5, 0.5), (7, -1.0), (0, 0.6)])
+def test_a_weak_thruster_is_named_and_no_other(thruster: int, readiness: float) -> None:
+    window = only_window(heavy(), thruster, one(thruster, readiness))
+    assert window.accused == [thruster]
+    assert window.p[thruster] == pytest.approx(readiness, abs=0.05)
+
+
+@pytest.mark.parametrize("noise", [0.02, 0.2])
+def test_nobody_is_accused_on_a_healthy_dive(noise: float) -> None:
+    for seed in range(3):
+        assert only_window(heavy(), 100 + seed, np.ones(8), noise).accused == []
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["bluerov2-heavy", "bluerov2"])
+def test_intervals_hold_the_truth_in_about_95_percent_of_cases(name: str) -> None:
+    vehicle = replace(load_vehicle(name), inertia=M)
+    inside = []
+    for seed in range(12):
+        truth = np.random.default_rng(seed).uniform(0.0, 1.0, vehicle.n)
+        flown = dive(vehicle, np.random.default_rng(seed), truth, noise=0.05)
+        p, half_width = estimate_readiness(vehicle, flown.f, flown.a, flown.v)
+        inside += (np.abs(p - truth) <= half_width).tolist()
+    assert 0.90 <= np.mean(inside) <= 0.995
+
+
+def test_a_thruster_that_was_never_asked_has_no_readiness() -> None:
+    vehicle = heavy()
+    flown = dive(vehicle, np.random.default_rng(3), np.ones(8))
+    f = flown.f.copy()
+    f[:, 4] = 0.0
+    p, half_width = estimate_readiness(vehicle, f, flown.a, flown.v)
+    assert np.isnan(p[4])
+    assert half_width[4] == np.inf
+    assert np.isfinite(np.delete(p, 4)).all()
+
+
+def test_a_window_without_motion_says_nothing_and_a_short_one_is_left_out() -> None:
+    vehicle, t = heavy(), np.arange(0, 25, 0.05)
+    still = np.zeros((len(t), vehicle.k))
+    (window,) = estimate_windows(vehicle, t, np.zeros((len(t), 8)), still, still)
+    assert window.is_vague
+    assert window.accused == []
+    assert list(estimate_windows(vehicle, t[:100], np.zeros((100, 8)), still[:100], still[:100])) == []
+
+
+def test_the_file_of_the_bluerov2_heavy_has_the_inertia_of_the_body_that_missions_fly() -> None:
+    assert known_inertia(heavy()) == pytest.approx(M)
+
+
+def test_a_vehicle_without_inertia_is_refused() -> None:
+    with pytest.raises(VehicleError, match="mass, drag and readiness could all be scaled together"):
+        known_inertia(load_vehicle("ukwial"))
