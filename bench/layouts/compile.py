@@ -105,6 +105,12 @@ def _check(vehicle: Vehicle) -> None:
         raise VehicleError(f"{name} has an H that couples thrusters; layouts take 'weights', one a thruster")
 
 
+def mean_arm(base: Base) -> float:
+    """Root mean square distance of a base's thrusters from its centre of mass; 1 for thrusters at it [m]."""
+    arm = float(np.sqrt(((base.position - base.center) ** 2).sum(axis=1).mean()))
+    return arm or 1.0
+
+
 NEAR = 2e-3
 """By how much a thruster may stand off the image of its leader [m], [-]: published poses have three."""
 
@@ -142,7 +148,7 @@ def compile_study(document: StudyDocument) -> tuple[LayoutSpace, Vehicle]:
         center=(x, y, z),
         constraints=document.keys.constraints,
         taus=np.array(demands.taus),
-        scale=np.array(vehicle.row_lengths),
+        reference_length=document.keys.reference_length or mean_arm(base),
         volume=float(volumes(whole, spaces(whole)[1]).whole[0]),
         frame=vehicle.frame,
         left_out=base.left_out,
@@ -264,12 +270,11 @@ def _moving(
     ):
         if not least > 0:
             raise document.refusal(f"{where}.size", f"{least:g} is no size; give factors above 0")
-    limits = {(base.vehicle.f_min[i], base.vehicle.f_max[i], base.vehicle.H[i, i]) for i in members}
-    if len(limits) > 1:
-        raise document.refusal(
-            f"{where}.thrusters", "have different limits or weights; put them in different groups"
-        )
-    f_min, f_max, weight = map(float, limits.pop())
+    copied = members if not new else [lead] * max(images)
+    f_min, f_max, weights = (
+        tuple(side[copied].tolist())
+        for side in (base.vehicle.f_min, base.vehicle.f_max, np.diag(base.vehicle.H))
+    )
     present = [float(p) for p in keys.present] if isinstance(keys.present, list) else float(keys.present)
     return Moving(
         name=name,
@@ -283,7 +288,7 @@ def _moving(
         count=count,
         f_min=f_min,
         f_max=f_max,
-        weight=weight,
+        weights=weights,
     )
 
 

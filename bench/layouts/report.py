@@ -15,7 +15,16 @@ from bench.layouts.authority import MOST_THRUSTERS
 from bench.layouts.measure import Columns
 from bench.layouts.run import SHARDS, LayoutError
 from bench.layouts.space import LayoutSpace, Parameter, base_order, poses, thruster_counts
-from bench.layouts.summary import COMPARED, OUTCOMES, StudySummary, losses, spread, summarise
+from bench.layouts.summary import (
+    CHANGED,
+    COMPARED,
+    OUTCOMES,
+    StudySummary,
+    changes,
+    losses,
+    spread,
+    summarise,
+)
 from bench.report.html import document
 from bench.report.pictures.style import BLUE, GREY, SETTINGS, VERMILION, save
 from bench.results.text import plain, table
@@ -110,20 +119,20 @@ def draw_front(said: StudySummary, base: tuple[float, float], name: str) -> "Fig
     return figure
 
 
-def draw_matters(said: StudySummary, parameters: tuple[Parameter, ...]) -> "Figure":
-    """For each outcome, the share of its variance that each parameter alone explains."""
+def draw_matters(moved: FloatArray, parameters: tuple[Parameter, ...]) -> "Figure":
+    """For each outcome, the mean change that each parameter makes alone (outcomes, parameters)."""
     from matplotlib.figure import Figure
 
     figure = Figure((7.5, 1.2 + 0.3 * len(parameters)))
     panels = figure.subplots(1, len(OUTCOMES), sharey=True)
     names = [parameter.name for parameter in parameters]
-    for panel, outcome, shares in zip(panels, OUTCOMES, said.matters(), strict=True):
+    for panel, outcome, shares in zip(panels, OUTCOMES, moved, strict=True):
         panel.barh(names, 100 * np.nan_to_num(shares), color=BLUE)
         panel.set_title(outcome.removesuffix("_N").removesuffix("_share").replace("_", " "), fontsize=8)
-        panel.set_xlim(0, 100)
+        panel.set_xlim(left=0)
         panel.grid(visible=False, axis="y")
     panels[0].invert_yaxis()
-    figure.supxlabel("share of the variance explained alone [%]", fontsize=9)
+    figure.supxlabel("mean change with one parameter alone [%]", fontsize=9)
     return figure
 
 
@@ -151,10 +160,11 @@ def render_study(space: LayoutSpace, base: Columns, folder: Path) -> Path:
     t = np.arange(len(space.taus)) / space.rate_hz if space.rate_hz else None
     write_text(folder / "demands.csv", format_demands(t, space.taus, space.dof, frame=space.frame))
     own = (float(base["authority"][0]), float(base["authority_after_one"][0]))
+    moved = changes(space, said)
     with mpl.rc_context(SETTINGS):
         save(draw_front(said, own, space.name), folder / "front.svg")
-        save(draw_matters(said, space.parameters), folder / "matters.svg")
-    text = page(space, base, said, best)
+        save(draw_matters(moved, space.parameters), folder / "matters.svg")
+    text = page(space, base, said, moved, best)
     write_text(folder / "report.md", text)
     write_text(folder / "report.html", document(text, folder))
     return folder / "report.md"
@@ -170,15 +180,20 @@ def _ahead(front: "pa.Table", base: Columns) -> "pa.Table":
     return ahead if ahead.num_rows else front
 
 
-def page(space: LayoutSpace, base: Columns, said: StudySummary, best: "pa.Table") -> str:
-    """The report as Markdown."""
+def page(space: LayoutSpace, base: Columns, said: StudySummary, moved: FloatArray, best: "pa.Table") -> str:
+    """The report as Markdown; ``moved`` are the ``changes`` of ``said``."""
     assert said.front is not None
     refused = f" (refused: {_refused(said)})" if said.refused else ""
     place = [_place_row(said, name, float(base[name][0])) for name in COMPARED]
     rows = [_best_row(space, row) for row in best.to_pylist()]
+    named = [parameter.name for parameter in space.parameters]
     matters = [
-        (parameter.name, *(_number(100 * share, ".1f", " %") for share in shares))
-        for parameter, shares in zip(space.parameters, said.matters().T, strict=True)
+        (name, *(_number(100 * share, ".2g", " %") for share in shares))
+        for name, shares in zip(named, moved.T, strict=True)
+    ]
+    explained = [
+        (name, *(_explained(share, said.chance()) for share in shares))
+        for name, shares in zip(named, said.explained().T, strict=True)
     ]
     name = plain(space.name)
     log = "".join(f"- {plain(line)}\n" for line in space.said)
@@ -187,6 +202,7 @@ def page(space: LayoutSpace, base: Columns, said: StudySummary, best: "pa.Table"
 
 {said.asked:,} layouts were drawn; {said.measured:,} keep to the constraints and push every axis{refused}.
 Authority is the volume of what can be pushed, over {name}'s. A failure takes the worst thruster.
+In any direction, a moment counts as a force at an arm of {space.reference_length:.4g} m (reference_length).
 Positions, directions and demands are in the frame {described(space.frame)}.
 {understood}
 ## The place of {name}
@@ -195,7 +211,7 @@ Positions, directions and demands are in the frame {described(space.frame)}.
 
 The last column counts the study's own {said.even:,} layouts, not those around the best.
 {_uncounted(said)}{said.at_least_as_good:,} layouts are better in something that counts and worse in nothing:
-authority, authority after the worst failure, steps of the exact method, thrusters.
+authority, authority after the worst failure, demands that the exact method serves, its steps, thrusters.
 
 ![Authority whole and after the worst failure](front.svg)
 
@@ -208,13 +224,18 @@ No other layout beats {said.front.num_rows:,} of them in everything that counts 
 
 ## What matters
 
-Share of the variance over the layouts of the study's own round that each parameter explains alone. What is
-missing to 100 % is due to several together. A dash: nothing varies, or too few layouts to say. Of so many
-layouts, less than {100 * said.chance():.2g} % can't be told from nothing.
+How much each number changes, of its mean, where one parameter alone becomes that of another layout:
+the mean over up to {CHANGED} layouts of the study's own round.
 {_uncounted(said)}
 {table(("parameter", *map(_words, OUTCOMES)), matters)}
 
 ![What matters](matters.svg)
+
+Share of the variance over the layouts of that round that each parameter explains alone. What is missing to
+100 % is due to several together: a parameter whose effect another one turns round explains nothing alone.
+A dash: nothing varies, or too few layouts to say. Less than {_chance(said)} can't be told from nothing.
+
+{table(("parameter", *map(_words, OUTCOMES)), explained)}
 
 ## Going on
 
@@ -259,6 +280,14 @@ def _place_row(said: StudySummary, name: str, own: float) -> tuple[str, ...]:
 
 def _number(value: float, form: str, unit: str = "") -> str:
     return f"{value:{form}}{unit}" if np.isfinite(value) else "-"
+
+
+def _chance(said: StudySummary) -> str:
+    return f"{100 * said.chance():.2g} %"
+
+
+def _explained(share: float, chance: float) -> str:
+    return f"< {100 * chance:.2g} %" if share < chance else _number(100 * share, ".1f", " %")
 
 
 def _uncounted(said: StudySummary) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray, IndexArray
 from alloc.vehicle.frame import Frame
-from alloc.vehicle.geometry import DOF
+from alloc.vehicle.geometry import DOF, MOMENTS
 from bench.layouts.spaces import Layouts
 from bench.layouts.study import Constraints
 
@@ -68,7 +68,7 @@ class Moving:
     pose : x, y, z [m], azimuth_deg, cant_deg [deg]
     size : factor on the limits
     present, count : whether the group is there, and how many thrusters it has
-    f_min, f_max, weight : of one thruster [N, N, 1/N^2]
+    f_min, f_max, weights : of each thruster, as many as the largest count [N, N, 1/N^2]
     members : numbers of the base's thrusters in it, empty for new ones
     called : their names, empty for new ones and for a base that names none
     """
@@ -82,9 +82,9 @@ class Moving:
     size: Setting
     present: Setting
     count: Setting
-    f_min: float
-    f_max: float
-    weight: float
+    f_min: tuple[float, ...]
+    f_max: tuple[float, ...]
+    weights: tuple[float, ...]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -100,7 +100,7 @@ class LayoutSpace:
     center : of mass [m]
     constraints : what layouts must keep to
     taus : (N, k) the demands that they are asked [N, N m]
-    scale : (k,) row lengths of the base's T: wrenches over it compare in newtons
+    reference_length : arm at which a moment counts as a force, in every direction [m]
     volume : of the base's attainable set [N^k, in the unit of T's moment arms]
     frame : frd or flu, of the base and so of every layout and demand
     left_out : keys of the base's file that layouts do not have
@@ -115,12 +115,17 @@ class LayoutSpace:
     center: tuple[Setting, Setting, Setting]
     constraints: Constraints
     taus: FloatArray
-    scale: FloatArray
+    reference_length: float
     volume: float
     frame: Frame = "frd"
     left_out: tuple[str, ...] = ()
     said: tuple[str, ...] = ()
     rate_hz: float | None = None
+
+    @property
+    def scale(self) -> FloatArray:
+        """(k,) divisors that turn a wrench into newtons: 1 on force axes, the reference length on moments."""
+        return np.array([self.reference_length if axis in MOMENTS else 1.0 for axis in self.dof])
 
     def values(self, setting: Setting, values: FloatArray) -> FloatArray:
         """(B,) what a setting is in each layout; ``values`` (P, B) are the parameters'."""
@@ -197,8 +202,8 @@ def _poses(space: LayoutSpace, values: FloatArray, which: IndexArray, counts: li
         position.append(np.einsum("nij,jb->nib", images, np.array([x, y, z])))
         direction.append(np.einsum("nij,jb->nib", images * group.polarity[count][:, None, None], e))
         size = space.values(group.size, values)
-        numbers = np.array([group.f_min * size, group.f_max * size, np.full(len(size), group.weight)])
-        limits.append(np.repeat(numbers[:, None], count, axis=1))
+        f_min, f_max, weights = np.array([group.f_min, group.f_max, group.weights])[:, :count, None]
+        limits.append(np.array([f_min * size, f_max * size, weights * np.ones_like(size)]))
     order = base_order(space.groups, counts)
     f_min, f_max, weights = np.concatenate(limits, axis=1)[:, order]
     return PlacedThrusters(

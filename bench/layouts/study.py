@@ -154,6 +154,7 @@ class StudyFile(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only
     center_of_mass : where it varies
     sampling : sobol for points spread evenly over all that varies, grid for all combinations
     n : layouts of a Sobol' sequence; a grid has its own number
+    reference_length : arm at which a moment counts as a force [m]; None for the base's own
     seed : of everything that is drawn
     """
 
@@ -165,6 +166,7 @@ class StudyFile(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only
     demands: AskedDemands = AskedDemands()
     sampling: Literal["sobol", "grid"] = "sobol"
     n: int = 65536
+    reference_length: float | None = None
     seed: int = 0
     refine: Refine = Refine()
 
@@ -208,6 +210,8 @@ def _check(document: StudyDocument) -> None:
     ):
         if not least <= number <= MOST:
             raise document.refusal(where, f"{number} is out of range; give {least} to {MOST}")
+    if keys.reference_length is not None and not 0 < keys.reference_length < float("inf"):
+        raise document.refusal("reference_length", "give metres, above 0")
     if not 0 < keys.refine.width <= 1:
         raise document.refusal("refine.width", "give a share of each span, above 0 and up to 1")
     if not keys.groups:

@@ -1,4 +1,4 @@
-"""Summary of all shards of a study: Pareto front, rank of the base, influence of parameters."""
+"""Summary of all shards of a study: Pareto front, rank of the base, what each parameter changes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -9,19 +9,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from alloc.allocation import BoolArray, FloatArray
-from bench.layouts.measure import Columns
+from bench.layouts.measure import Columns, measure
 from bench.layouts.shards import read_shard, shard_facts, whole_shards
 from bench.layouts.space import LayoutSpace, Parameter
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-MORE, LESS = ("authority", "authority_after_one"), ("worst_case_steps", "thrusters")
-"""Columns to compare: authority, whole and after the worst failure, and its price in steps and thrusters."""
+MORE = ("authority", "authority_after_one", "exact_served_share")
+LESS = ("worst_case_steps", "thrusters")
+"""Columns to compare: authority, whole and after the worst failure, demands served, and its price."""
 
 
 def losses(table: "pa.Table") -> FloatArray:
-    """(M, 4) what counts of each layout, the less the better; a cost that is not known counts as infinite."""
+    """(M, 5) what counts of each layout, the less the better; a cost that is not known counts as infinite."""
     more = [-table[name].to_numpy() for name in MORE]
     less = [np.nan_to_num(table[name].to_numpy().astype(float), nan=np.inf) for name in LESS]
     return np.array([*more, *less]).T
@@ -109,6 +110,7 @@ class StudySummary:
     best : by column of COMPARED, the largest number of any layout
     front : the Pareto front
     points : (M, 2) authority whole and after the worst failure of layouts to draw
+    settings : (M, P) parameters of the even ones of these
     bins : outcome, parameter, part of its span: count, sum and sum of squares of the outcome
     """
 
@@ -122,12 +124,14 @@ class StudySummary:
     best: dict[str, float] = field(default_factory=lambda: dict.fromkeys(COMPARED, float("-inf")))
     front: "pa.Table | None" = None
     points: list[FloatArray] = field(default_factory=list)
+    settings: list[FloatArray] = field(default_factory=list)
     bins: FloatArray = field(default_factory=lambda: np.zeros(0))
 
-    def matters(self) -> FloatArray:
+    def explained(self) -> FloatArray:
         """(outcomes, parameters) share of an outcome's variance that each parameter alone explains.
 
-        The variance of the means over the parts of a span, over that of all layouts (the first-order index of
+        It says nothing of a parameter whose effect another one turns round: see ``changes``. The variance of
+        the means over the parts of a span, over that of all layouts (the first-order index of
         Sobol' 1993), less what that many parts explain by chance. What is left is due to parameters together.
         NaN where the outcome is constant but for rounding, or the parameter is, or there are fewer than two
         layouts to a part.
@@ -141,19 +145,53 @@ class StudySummary:
         whole = squares.sum(axis=-1) - n * mean**2
         parts = (count > 0).sum(axis=-1)
         with np.errstate(divide="ignore", invalid="ignore"):
-            explained = 1 - (within / np.maximum(n - parts, 1)) / (whole / np.maximum(n - 1, 1))
+            share = 1 - (within / np.maximum(n - parts, 1)) / (whole / np.maximum(n - 1, 1))
         said = (whole > ROUNDING * squares.sum(axis=-1)) & (parts > 1) & (n >= 2 * parts)
-        found: FloatArray = np.where(said, np.clip(explained, 0.0, 1.0), np.nan)
+        found: FloatArray = np.where(said, np.clip(share, 0.0, 1.0), np.nan)
         return found
 
     def chance(self) -> float:
-        """The share of ``matters`` below which a parameter can't be told from one without effect.
+        """The share of ``explained`` below which a parameter can't be told from one without effect.
 
         Twice the standard deviation of what BINS parts of equal layouts explain by chance,
         2 sqrt(2 (BINS - 1)) / n, with n layouts (variance of a chi-squared number: twice its freedom).
         """
         n = self.bins[..., 0].sum(axis=-1)
         return 2 * sqrt(2 * (BINS - 1)) / float(n[n > 0].min(initial=inf))
+
+
+CHANGED = 256
+"""Layouts of which each parameter is changed, at most: their mean change is known within about 7 %."""
+
+
+def changes(space: LayoutSpace, said: StudySummary) -> FloatArray:
+    """(outcomes, parameters) mean change of an outcome with one parameter alone, over the outcome's mean [-].
+
+    Layouts of the study's own round are measured once more, with one parameter as another of them has it. A
+    change that breaks a constraint is left out; NaN where none is left, or where no layout has the number.
+    """
+    drawn = np.concatenate([*said.settings, np.zeros((0, len(space.parameters)))])
+    drawn = np.random.default_rng(0).permutation(drawn)[: 2 * CHANGED]
+    count = len(drawn) // 2
+    kept, others = drawn[:count].T, drawn[count : 2 * count].T
+    whole = _outcomes(space, kept)
+    found = np.full((len(OUTCOMES), len(space.parameters)), np.nan)
+    for p in range(len(space.parameters)):
+        changed = kept.copy()
+        changed[p] = others[p]
+        change = np.abs(_outcomes(space, changed) - whole)
+        for o, known in enumerate(np.isfinite(change)):
+            if known.any() and whole[o, known].any():
+                found[o, p] = change[o, known].mean() / whole[o, known].mean()
+    return found
+
+
+def _outcomes(space: LayoutSpace, settings: FloatArray) -> FloatArray:
+    """(outcomes, B) of layouts with parameters (P, B); NaN where a layout is refused."""
+    measured = measure(space, settings)
+    found = np.full((len(OUTCOMES), settings.shape[1]), np.nan)
+    found[:, measured.places] = [measured.columns[name] for name in OUTCOMES]
+    return found
 
 
 def summarise(space: LayoutSpace, shards: Path, base: Columns) -> StudySummary:
@@ -204,6 +242,8 @@ def _add(
     said.points.append(
         np.array([table["authority"].to_numpy()[chosen], table["authority_after_one"].to_numpy()[chosen]]).T
     )
+    settings = [table[parameter.name].to_numpy()[chosen & drawn_evenly] for parameter in parameters]
+    said.settings.append(np.array(settings, dtype=float).T)
     for p, parameter in enumerate(parameters):
         share = parameter.share(table[parameter.name].to_numpy().astype(float))
         part = np.minimum((share * BINS).astype(int), BINS - 1)

@@ -30,7 +30,7 @@ from bench.layouts.shards import (
 from bench.layouts.space import LayoutSpace
 from bench.layouts.spaces import single_layout
 from bench.layouts.study import StudyFile, read_study
-from bench.layouts.summary import OUTCOMES, losses, merged, spread, summarise, unbeaten
+from bench.layouts.summary import OUTCOMES, changes, losses, merged, spread, summarise, unbeaten
 from tests.layout_studies import PLANAR, compiled
 
 pa = pytest.importorskip("pyarrow", reason="needs the extra layouts")
@@ -170,6 +170,7 @@ def test_a_front_does_not_depend_on_the_shards_it_comes_in(rng: np.random.Genera
         {
             "authority": rng.uniform(size=n),
             "authority_after_one": rng.uniform(size=n),
+            "exact_served_share": rng.integers(0, 3, n) / 2,
             "worst_case_steps": rng.integers(10, 13, n).astype(float),
             "thrusters": rng.integers(6, 8, n),
         }
@@ -219,14 +220,14 @@ def test_bars_and_stars_in_the_names_of_vehicle_and_group_leave_the_report_s_tab
     space, _, folder = study
     first, *others = space.parameters
     odd = replace(space, name="my|rov *1* *2*", parameters=(replace(first, name="b|w.x"), *others))
-    text = page(
-        odd, own, summarise(space, folder / "shards", own), pareto_front(folder / "shards").slice(0, 1)
-    )
+    said = summarise(space, folder / "shards", own)
+    text = page(odd, own, said, changes(space, said), pareto_front(folder / "shards").slice(0, 1))
     assert text.startswith(r"# Layouts of my\|rov \*1\* \*2\*")
     tables = re.findall(r"(?:^\|.*\n)+", text, re.MULTILINE)
     assert [{line.replace(r"\|", "").count("|") for line in table.splitlines()} for table in tables] == [
         {5},
         {10},
+        {2 + len(OUTCOMES)},
         {2 + len(OUTCOMES)},
     ]
 
@@ -243,6 +244,7 @@ def test_a_report_says_how_the_log_of_its_demands_was_understood(
 ) -> None:
     space, keys, folder = study
     said = replace(space, said=("log.csv: surge from 'fx'", "log.csv: 2 rows *twice*"))
-    report = page(said, own, summarise(space, folder / "shards", own), pareto_front(folder / "shards"))
+    counted = summarise(space, folder / "shards", own)
+    report = page(said, own, counted, changes(space, counted), pareto_front(folder / "shards"))
     assert "\n\n- log.csv: surge from 'fx'\n- log.csv: 2 rows \\*twice\\*\n\n## " in report
     check_folder(folder, said, keys, N, resume=True)  # other words make no other study

@@ -1,5 +1,6 @@
 """A study file makes the layouts it says, or is refused with one line that names file, line and key."""
 
+import re
 from itertools import product
 from pathlib import Path
 
@@ -8,10 +9,11 @@ import pytest
 from click.testing import CliRunner
 
 from alloc import AllocError
+from alloc.reach.zonotope import zonotope
 from alloc.vehicle.file import build_vehicle, find_file, read_document
 from bench.commands.layouts import command
 from bench.fleet import cluster
-from bench.layouts.measure import measure
+from bench.layouts.measure import measure, numbers
 from bench.layouts.report import vehicle_file
 from bench.layouts.run import check_constraints, count_layouts
 from bench.layouts.space import poses
@@ -161,6 +163,37 @@ def test_with_the_base_s_own_numbers_a_layout_is_the_base(text: str, tmp_path: P
     (one,) = poses(space, np.array(values)[:, None])
     np.testing.assert_allclose(one.layouts(space.dof).T, single_layout(base).T, atol=1e-9)
     np.testing.assert_array_equal(one.f_max[:, 0], base.f_max)
+
+
+def test_thrusters_of_a_group_keep_their_own_limits_and_weights(tmp_path: Path) -> None:
+    uneven = find_file("ukwial").read_text(encoding="utf-8")
+    uneven = re.sub(r"^f_min:.*$", "f_min: [-10, -20, -30, -40]", uneven, flags=re.MULTILINE)
+    uneven = re.sub(r"^f_max:.*$", "f_max: [50, 60, 70, 80]", uneven, flags=re.MULTILINE)
+    (tmp_path / "uneven.yaml").write_text(uneven + "weights: [1, 2, 3, 4]\n", encoding="utf-8")
+    text = PLANAR.replace("base: ukwial", "base: uneven.yaml").replace("bow:", "bow: {like: 3}\n  fore:")
+    space, _ = compiled(tmp_path, text)
+    sizes = [2.0 if parameter.name == "stern.size" else parameter.low for parameter in space.parameters]
+    (one,) = poses(space, np.array(sizes)[:, None])
+    np.testing.assert_array_equal(one.f_min[:, 0], [-10, -20, -60, -80, -40])
+    np.testing.assert_array_equal(one.f_max[:, 0], [50, 60, 140, 160, 80])
+    np.testing.assert_array_equal(one.weights[:, 0], [1, 2, 3, 4, 4])
+
+
+def test_a_reference_length_is_the_base_s_mean_arm_unless_the_study_names_one(tmp_path: Path) -> None:
+    """A moment counts as the force that makes it at that arm, in every study and layout alike."""
+    space, base = compiled(tmp_path, HEAVY)
+    file = read_document(find_file("bluerov2-heavy")).keys
+    arms = np.array([thruster.position for thruster in file.thrusters]) - np.array(file.center_of_mass)
+    own = np.sqrt((arms**2).sum(axis=1).mean())
+    assert space.reference_length == pytest.approx(own)
+    asked, _ = compiled(tmp_path, HEAVY + "reference_length: 0.5\n")
+    np.testing.assert_array_equal(asked.scale, [1, 1, 1, 0.5, 0.5, 0.5])
+    z = zonotope(base)
+    for each in (space, asked):
+        newtons = z.facets / z.scale * each.scale  # normals of wrenches in newtons
+        expected = (z.support / np.linalg.norm(newtons, axis=1)).min()
+        columns = numbers(single_layout(base), each.dof, each.taus, each.scale, each.volume)[1]
+        np.testing.assert_allclose(columns["any_direction_N"], expected, rtol=1e-9)
 
 
 def own_number(keys: object, leader: int, place: int) -> float:

@@ -5,12 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench.layouts.measure import numbers
+from alloc.allocation import FloatArray
+from bench.layouts.measure import measure, numbers
 from bench.layouts.report import draw_matters, page
 from bench.layouts.run import pareto_front
 from bench.layouts.shards import compute, keep, read_shard, source_digest, tasks
+from bench.layouts.space import LayoutSpace
 from bench.layouts.spaces import single_layout
-from bench.layouts.summary import BINS, OUTCOMES, StudySummary, summarise
+from bench.layouts.summary import BINS, OUTCOMES, StudySummary, changes, summarise
 from tests.layout_studies import PLANAR, compiled
 
 pytest.importorskip("pyarrow", reason="needs the extra layouts")
@@ -28,7 +30,7 @@ def test_a_report_counts_the_layouts_that_have_a_number_and_says_how_many(
     table = read_shard(keep(shards, task, compute(space, task, source_digest())))
     own = numbers(single_layout(base), space.dof, space.taus, space.scale, space.volume)[1]
     said = summarise(space, shards, own)
-    text = page(space, own, said, pareto_front(shards).slice(0, 1))
+    text = page(space, own, said, moved := changes(space, said), pareto_front(shards).slice(0, 1))
     column, least = table["closed_form_volume_share"].to_numpy(), own["closed_form_volume_share"][0]
     has = column[table["thrusters"].to_numpy() <= 8]
     assert not np.isnan(has).any()
@@ -36,11 +38,11 @@ def test_a_report_counts_the_layouts_that_have_a_number_and_says_how_many(
     shown = [f"{has.max():.4g}", f"{100 * (has > least).mean():.2f} %"] if len(has) else ["-", "-"]
     (row,) = (line for line in text.splitlines() if line.startswith("| closed form volume share"))
     assert [cell.strip() for cell in row.split("|")[2:-1]] == [f"{least:.4g}", *shown]
-    explained = dict(zip(OUTCOMES, np.isfinite(said.matters()), strict=True))
+    explained = dict(zip(OUTCOMES, np.isfinite(said.explained()), strict=True))
     varied = [parameter.name != "more.count" for parameter in space.parameters]
     assert explained["authority"].all()
     assert explained["closed_form_volume_share"].tolist() == [v and len(has) > 0 for v in varied]
-    draw_matters(said, space.parameters)
+    draw_matters(moved, space.parameters)
 
 
 def test_a_parameter_without_effect_explains_less_than_is_called_chance_in_most_studies() -> None:
@@ -49,7 +51,7 @@ def test_a_parameter_without_effect_explains_less_than_is_called_chance_in_most_
         part, outcome = np.arange(layouts) % BINS, rng.normal(size=layouts)
         sums = [np.bincount(part, outcome**power, BINS) for power in range(3)]
         said = StudySummary(bins=np.moveaxis(sums, 0, -1)[None, None])
-        above += bool(said.matters()[0, 0] > said.chance())
+        above += bool(said.explained()[0, 0] > said.chance())
     assert (
         0 < above <= 0.08 * 200
     )  # 2 standard deviations: 2.5 % of a normal law, of this skewed one some more
@@ -64,5 +66,54 @@ def test_a_parameter_explains_nothing_of_what_is_constant_but_for_rounding_or_of
     part = np.arange(layouts) % BINS
     outcome = 0.359 * (1 + spread * part)
     sums = [np.bincount(part, outcome**power, BINS) for power in range(3)]
-    explained = StudySummary(bins=np.moveaxis(sums, 0, -1)[None, None]).matters()
+    explained = StudySummary(bins=np.moveaxis(sums, 0, -1)[None, None]).explained()
     np.testing.assert_allclose(explained, [[share]])
+
+
+TURNED_ROUND = """\
+base: bluerov2-heavy
+groups:
+  across: {thrusters: [0, 1, 2, 3], azimuth_deg: {from: 95, to: 175}, cant_deg: {from: -30, to: 30}}
+  upright: {thrusters: [4, 5, 6, 7], azimuth_deg: {from: -180, to: 180}, cant_deg: {from: 60, to: 90}}
+demands: {n: 1}
+"""
+"""The way in which the upright thrusters lean helps or harms by how the others are canted."""
+
+
+def test_a_parameter_that_another_one_turns_round_changes_what_it_explains_little_of(tmp_path: Path) -> None:
+    """Changes are those of 3,000 draws on which nothing else of the report stands."""
+    space, base = compiled(tmp_path, TURNED_ROUND)
+    (task,) = tasks(0, 2048, "sobol", 0)
+    (shards := tmp_path / "shards").mkdir()
+    keep(shards, task, compute(space, task, source_digest()))
+    said = summarise(space, shards, numbers(single_layout(base), space.dof, *asked(space))[1])
+    rng = np.random.default_rng(1)
+    low, high = ([getattr(p, end) for p in space.parameters] for end in ("low", "high"))
+    first, second = rng.uniform(low, high, (2, 3000, len(low)))
+    authority = measure(space, first.T).columns["authority"]
+    for p, (found, share) in enumerate(zip(changes(space, said)[0], said.explained()[0], strict=True)):
+        other = first.copy()
+        other[:, p] = second[:, p]
+        change = np.abs(measure(space, other.T).columns["authority"] - authority).mean() / authority.mean()
+        assert found == pytest.approx(change, rel=0.2), space.parameters[p].name
+        if space.parameters[p].name == "upright.azimuth_deg":
+            assert change > 0.1
+            assert share < 0.1
+
+
+def test_a_share_below_chance_is_not_printed_as_nothing(tmp_path: Path) -> None:
+    space, base = compiled(tmp_path, PLANAR.replace("demands:", "center_of_mass: {z: [0, 1]}\ndemands:"))
+    (task,) = tasks(0, 256, "sobol", 0)
+    (shards := tmp_path / "shards").mkdir()
+    keep(shards, task, compute(space, task, source_digest()))
+    own = numbers(single_layout(base), space.dof, *asked(space))[1]
+    said = summarise(space, shards, own)
+    text = page(space, own, said, changes(space, said), pareto_front(shards).slice(0, 1))
+    moved, explained = (line for line in text.splitlines() if line.startswith("| center_of_mass.z"))
+    assert [cell.strip() for cell in moved.split("|")[2:-1]] == ["0 %"] * 4
+    assert {cell.strip() for cell in explained.split("|")[2:-1]} == {f"< {100 * said.chance():.2g} %"}
+
+
+def asked(space: LayoutSpace) -> tuple[FloatArray, FloatArray, float]:
+    """The demands, scale and volume of a study's numbers."""
+    return space.taus, space.scale, space.volume
