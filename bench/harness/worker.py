@@ -146,6 +146,7 @@ def peak_rss_bytes() -> int | None:
 SETUP_NS = 10_000_000
 """An allocator is built again and again for this long, at most SETUPS times."""
 SETUPS = 4
+"""Builds that are timed; what a process builds first imports the method, so it is built twice at least."""
 BINDING_SHARE = 4
 """A solver's binding, and the way in to somebody's code, are timed for 1 / BINDING_SHARE of a budget."""
 
@@ -199,7 +200,7 @@ def do(task: Task, number: int, job: Job, line: Worker) -> Message:
     """Do one task; the message that it ends with."""
     match task:
         case MeasureTask():
-            return measure(task, Question.load(Path(task.question)), job, line)
+            return measure(task, job, line)
         case AnswerTask():
             write_answers(task, job)
             return AnswersWritten(number)
@@ -243,12 +244,12 @@ def write_answers(task: AnswerTask, job: Job) -> None:
     save(Path(task.answers), F=F, status=status, **promises)
 
 
-def measure(task: MeasureTask, question: Question, job: Job, line: Worker) -> Cell:
+def measure(task: MeasureTask, job: Job, line: Worker) -> Cell:
     """Set a method up, time its calls on a question, and judge its answers."""
     # A vehicle of its own: a method that writes into it must not change what it is judged by.
-    given = Question.load(Path(task.question)).demands.vehicle
-    allocator, setup_ns = set_up(lambda: build_callable(job, given))
-    if line.import_ns is None and len(setup_ns) > 1:  # the first build of a process imports the method
+    question, given = Question.load_apart(Path(task.question))
+    allocator, setup_ns = set_up(lambda: build_callable(job, given), 2 if line.import_ns is None else 1)
+    if line.import_ns is None:  # the first build of a process imports the method
         line.import_ns = setup_ns[0] - min(setup_ns[1:])
         setup_ns = setup_ns[1:]
     cell = Cell(key=task.key, status="ok", n_demands=len(question.demands.taus), setup_ns=setup_ns)
@@ -328,11 +329,11 @@ def build_callable(job: Job, vehicle: Vehicle) -> Any:
     return yardstick(job.method) if job.method in YARDSTICKS else prepared(job, vehicle)
 
 
-def set_up(build: Callable[[], Any]) -> tuple[Any, list[int]]:
-    """Allocator from ``build``, and the time of each of several builds [ns]."""
+def set_up(build: Callable[[], Any], least: int) -> tuple[Any, list[int]]:
+    """Allocator from ``build``, and the time of each build, ``least`` or more [ns]."""
     times: list[int] = []
     end = time.perf_counter_ns() + SETUP_NS
-    while len(times) < 2 or (len(times) < SETUPS and time.perf_counter_ns() < end):
+    while len(times) < least or (len(times) < SETUPS and time.perf_counter_ns() < end):
         start = time.perf_counter_ns()
         allocator = build()
         times.append(time.perf_counter_ns() - start)

@@ -96,13 +96,16 @@ def has_weak_part(demands: DemandSet) -> BoolArray:
     return found
 
 
-def by_level(shares: Sequence[Sequence[float]], q: float) -> list[float]:
-    """Quantile ``q`` of what was delivered of each level, over the answers that say it; empty without any."""
-    said = [share for share in shares if len(share) > 0 and np.isfinite(share).all()]
-    if len({len(share) for share in said}) != 1:  # a method of one's own may say anything
-        return []
-    levels: list[float] = np.quantile(said, q, axis=0).tolist()
-    return levels
+def by_level(shares: Sequence[Sequence[float]], *quantiles: float) -> list[list[float]]:
+    """Each quantile of what was delivered of each level, over the answers that say it; empty without any."""
+    said = [share for share in shares if len(share) > 0]
+    if len(set(map(len, said))) != 1:  # a method of one's own may say anything
+        said = [share for share in said if np.isfinite(share).all()]
+    if len(set(map(len, said))) != 1:
+        return [[] for _ in quantiles]
+    parts = np.array(said, dtype=float)
+    known = parts[np.isfinite(parts).all(axis=1)]
+    return [np.quantile(known, q, axis=0).tolist() if len(known) else [] for q in quantiles]
 
 
 VIOLATED = "a limit is violated"
@@ -276,6 +279,9 @@ def shared(thrusts: Sequence[FloatArray]) -> BoolArray:
 
     All answers are alive while they are compared, so overlap means that a method hands a buffer out again.
     """
+    own = [isinstance(f, np.ndarray) and f.base is None and f.flags.owndata for f in thrusts]
+    if all(own) and len(set(map(id, thrusts))) == len(thrusts):  # the usual case, without a look at addresses
+        return np.zeros(len(thrusts), dtype=bool)
     bounds = [np.lib.array_utils.byte_bounds(f) if isinstance(f, np.ndarray) else (0, 0) for f in thrusts]
     low, high = np.array(bounds, dtype=np.int64).T
     order = np.argsort(low, kind="stable")

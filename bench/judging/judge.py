@@ -48,6 +48,7 @@ def judge(
     distance = seen.distance - np.broadcast_to(doubt, N)[seen.demand]
     farthest = max(float(distance[compared].max()), 0.0) if compared.any() else None
     missed_max, missed_p50 = misses(question, seen.F) if thorough else (None, None)
+    middle, least = by_level(seen.shares, 0.5, 0.0)
     demands, nothing = question.demands, np.zeros(N, dtype=bool)
     if thorough:
         nothing = gets_nothing(*demands.strong, seen.F[:N], demands.limits)
@@ -68,8 +69,8 @@ def judge(
         missed_p50=missed_p50,
         nothing_share=rounded(float(nothing.mean())) if nothing.size else 0.0,
         refused_longest=longest(~finite[:N] | nothing, question.demands.gaps) if thorough else 0,
-        share_p50=[rounded(share) for share in by_level(seen.shares, 0.5)],
-        share_min=[rounded(share) for share in by_level(seen.shares, 0.0)],
+        share_p50=[rounded(share) for share in middle],
+        share_min=[rounded(share) for share in least],
         partial_by_weak=_partial_by_weak(question, seen),
         wrong="; ".join(_counted(what, mask, seen) for what, mask in wrong.items() if mask.any()),
     )

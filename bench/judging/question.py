@@ -8,8 +8,9 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from alloc import AllocError, Label, NotApplicable, Status, build
+from alloc import AllocError, Label, NotApplicable, Status, Vehicle, build
 from alloc.allocation import FloatArray, StatusArray
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.discovery import PROMISES
@@ -25,7 +26,7 @@ from alloc.formulations import (
 from alloc.formulations.hard import FORMULATION as HARD
 from alloc.formulations.unlimited import FORMULATION as UNLIMITED
 from bench.demands import DemandSet
-from bench.demands.store import Case, arrays_of_demands, demands_of, save
+from bench.demands.store import Case, arrays_of_demands, demands_of, save, vehicle_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,8 +65,19 @@ class Question:
     def load(cls, path: Path) -> "Question":
         """Read what ``save`` wrote."""
         with np.load(path) as arrays:
-            right = {name[6:]: arrays[name] for name in arrays.files if name.startswith("right ")}
-            return cls(demands_of(arrays), right, {})
+            return cls._of(arrays)
+
+    @classmethod
+    def load_apart(cls, path: Path) -> tuple["Question", Vehicle]:
+        """Read what ``save`` wrote, and its vehicle once more, of arrays of its own."""
+        with np.load(path) as stored:
+            arrays = dict(stored)
+        return cls._of(arrays), vehicle_of({name: array.copy() for name, array in arrays.items()})
+
+    @classmethod
+    def _of(cls, arrays: Mapping[str, NDArray[Any]]) -> "Question":
+        right = {name[6:]: arrays[name] for name in arrays if name.startswith("right ")}
+        return cls(demands_of(arrays), right, {})
 
 
 class Answers(NamedTuple):

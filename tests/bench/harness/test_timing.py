@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bench.harness import worker
 from bench.harness.timing import BATCH_NS, SLOW_NS, no_garbage_collection, sample, tally
 from bench.record.measured import binned
 
@@ -90,3 +91,14 @@ def test_the_garbage_collector_is_off_inside_the_block_and_on_again_after_an_err
     with pytest.raises(KeyError):
         fail()
     assert [*states, gc.isenabled()] == [False, True]
+
+
+def test_a_slow_build_is_repeated_only_where_it_imports_the_method(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Generated C takes a third of a second a build, which every cell paid twice."""
+    monkeypatch.setattr(worker, "SETUP_NS", 0)
+    for least in (1, 2):
+        built: list[int] = []
+        allocator, times = worker.set_up(lambda built=built: built.append(1) or len(built), least)
+        assert (allocator, len(built), len(times)) == (least, least, least)

@@ -7,7 +7,7 @@ import pytest
 
 from alloc import build, load_vehicle
 from bench.demands import build_demands
-from bench.judging.question import ask_here, questions, right_answers
+from bench.judging.question import Question, ask_here, questions, right_answers
 
 LEANING = """\
 name: leaning
@@ -45,3 +45,16 @@ def test_the_right_answer_at_an_edge_is_that_of_the_demand_and_of_none_beside_it
     F, _ = allocator.many(demands.taus)
     apart = np.abs(F - right_answers(question, allocator.formulation)).max() / vehicle.f_scale
     assert apart < 0.1 * allocator.tolerance
+
+
+def test_a_vehicle_for_a_method_shares_no_array_with_what_its_answers_are_judged_by(tmp_path: Path) -> None:
+    vehicle = load_vehicle("ukwial")
+    (question,) = questions([build_demands("active", vehicle, 0, 3)], ask_here)
+    question.save(tmp_path / "question.npz")
+    asked, given = Question.load_apart(tmp_path / "question.npz")
+    judged = asked.demands.vehicle
+    for name in ("T", "H", "f_min", "f_max", "readiness", "slack_weights"):
+        own, other = getattr(given, name), getattr(judged, name)
+        np.testing.assert_array_equal(own, getattr(vehicle, name))
+        np.testing.assert_array_equal(own, other)
+        assert not np.shares_memory(own, other)
