@@ -22,6 +22,7 @@ from bench.record import Record, read
 from bench.report.sections import emulation
 from bench.results.emulated import EmulatedRow, emulated_rows
 from bench.results.text import table
+from newtons import PAGE, summed
 
 ROOT = Path(__file__).parents[2]
 EMULATED = ROOT / "results/emulated"
@@ -200,6 +201,11 @@ SIZED = (("nullspace", "fixed"), ("scaled", "fixed"), ("scaled", "call"))
 """Methods, and where their limits are, whose C ``sizes`` is about."""
 
 
+def newtons() -> str:
+    """Worth of each solver's words in newtons and scaled."""
+    return summed(PAGE.read_text(encoding="utf-8"))
+
+
 def sizes() -> str:
     """Flash, stack and instructions of C that has code for each failed thruster, or one table for all."""
     headers = ("`codegen`", "flash [B]", "stack of all [B]", "most instructions, no fault")
@@ -268,6 +274,7 @@ TABLES: dict[str, tuple[str, Callable[[], str]]] = {
     "exact": ("docs/paper.md", exact),
     "strongest": ("docs/paper.md", strongest),
     "stm32f446": (EMBEDDED, stm32f446),
+    "newtons": ("docs/solvers.md", newtons),
     "sizes": ("README.md", sizes),
     "esc": ("docs/esc.md", esc),
 }
