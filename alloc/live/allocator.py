@@ -22,6 +22,7 @@ from alloc.qp import Posed
 from alloc.qp.certificate import Stationarity
 from alloc.reach.attainable import beyond
 from alloc.solvers import (
+    MOVED,
     Level,
     Solve,
     Start,
@@ -30,6 +31,7 @@ from alloc.solvers import (
     disbelieved,
     is_erratic,
     load,
+    refuse_interface,
     shared,
 )
 from alloc.vehicle import Vehicle
@@ -141,6 +143,8 @@ class Live:
         try:
             with self._alone:
                 x, status, iterations, solver_s = self.solve(*posed)
+        except MOVED as error:
+            refuse_interface(self._solver, error)
         except RuntimeError as error:  # a binding's word for what it can't do must not end a control loop
             disbelieved[f"{self._solver}: RuntimeError: {str(error)[:60]}"] += 1
             return self._unanswered(Status.NOT_CONVERGED)
@@ -204,13 +208,16 @@ def live(
 ) -> Live:
     """Prepare the solver of that name for a formulation that is a QP; None takes the solver's default.
 
-    Raises NotApplicable where the formulation is no QP.
+    Raises NotApplicable where the formulation is no QP, SolverError where the binding's interface has moved.
     """
     if formulation.pose is None:
         raise NotApplicable(f"{formulation.name}: is no quadratic program; a solver can't answer it")
     posed, solver = formulation.pose(vehicle, shared=shared(name)), load(name)
     level = level or default_level(solver)
-    solve = solver.prepare(posed.qp, start or default_start(solver), level)
+    try:
+        solve = solver.prepare(posed.qp, start or default_start(solver), level)
+    except MOVED as error:
+        refuse_interface(name, error)
     return Live(
         formulation=formulation.name,
         vehicle=vehicle,

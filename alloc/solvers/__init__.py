@@ -11,11 +11,13 @@ SLOW is True where a call takes more than 1 ms: ``thrustbench run --quick`` leav
 
 from collections import Counter
 from collections.abc import Callable, Mapping
+from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from math import nan
-from typing import Any, Literal, NamedTuple, Protocol, TypeVar
+from typing import Any, Literal, NamedTuple, NoReturn, Protocol, TypeVar
 
 from alloc.allocation import FloatArray, Status
+from alloc.errors import SolverError
 from alloc.files import modules
 from alloc.qp import QP
 from alloc.qp.problem import SHARED
@@ -62,6 +64,7 @@ class Solver(Protocol):
     ----------
     REQUIRES : name of the module that is imported
     PACKAGE : name of the package that pip installs for it
+    VERSION : of that package, for which the file was written
     ALGORITHM, LICENCE : as the solver's authors state them
     STARTS : the starts that its binding can do
     SETTINGS : by level, all that differs from what the solver ships, and its iteration and time caps
@@ -73,6 +76,7 @@ class Solver(Protocol):
 
     REQUIRES: str
     PACKAGE: str
+    VERSION: str
     ALGORITHM: str
     LICENCE: str
     STARTS: tuple[Start, ...]
@@ -119,6 +123,28 @@ def missing(name: str) -> str:
     """Command that installs the solver's binding, empty where it is installed; imports nothing native."""
     solver = load(name)
     return "" if find_spec(solver.REQUIRES) else f"not installed; pip install {solver.PACKAGE}"
+
+
+MOVED = (AttributeError, ImportError, TypeError)
+"""Exceptions with which Python meets an interface that is not where it was."""
+
+
+def refuse_interface(name: str, error: Exception) -> NoReturn:
+    """Raise SolverError with the version seen and the version known, or ``error`` where both are the same.
+
+    Call it where one of MOVED comes out of a solver's file.
+    """
+    solver = load(name)
+    try:
+        seen = version(solver.PACKAGE)
+    except PackageNotFoundError:  # a module without metadata, put on the path by hand
+        seen = "of no version"
+    if seen == solver.VERSION:
+        raise error
+    raise SolverError(
+        f"{name}: {solver.PACKAGE} is {seen}, expected {solver.VERSION}, as its interface has moved"
+        f" ({type(error).__name__}: {str(error)[:60]}); pip install '{solver.PACKAGE}=={solver.VERSION}'"
+    ) from error
 
 
 def default_start(solver: Solver) -> Start:

@@ -12,6 +12,7 @@ from alloc.qp.problem import OneSided
 from alloc.solvers import TIME_LIMIT_S, Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "clarabel"
+VERSION = "0.11.1"
 ALGORITHM = "interior point, homogeneous embedding"
 LICENCE = "Apache-2.0"
 STARTS: tuple[Start, ...] = ("cold", "reused")  # Clarabel takes no first guess

@@ -10,6 +10,7 @@ from alloc.qp.problem import OneSided
 from alloc.solvers import Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "cvxopt"
+VERSION = "1.3.3"
 ALGORITHM = "interior point, in Python"
 LICENCE = "GPL-3.0-or-later"
 STARTS: tuple[Start, ...] = ("cold",)  # coneqp is a function; a guess would have to be interior

@@ -11,6 +11,7 @@ from alloc.qp import QP
 from alloc.solvers import TIME_LIMIT_S, Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "daqp"
+VERSION = "0.11.0"
 ALGORITHM = "dual active set"
 LICENCE = "MIT"
 STARTS: tuple[Start, ...] = ("cold", "reused", "warm")

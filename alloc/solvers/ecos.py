@@ -10,6 +10,7 @@ from alloc.qp.problem import OneSided
 from alloc.solvers import Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "ecos"
+VERSION = "2.0.14"
 ALGORITHM = "interior point for second-order cones"
 LICENCE = "GPL-3.0-or-later"
 SHARED = 0.0  # smaller units lose 2 % of its answers where weights are 1e8 apart

@@ -10,6 +10,7 @@ from alloc.qp.problem import OneSided
 from alloc.solvers import Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "elastiqp"
+VERSION = "0.2.0"
 ALGORITHM = "dual active set, elastic limits"
 LICENCE = "Apache-2.0"
 STARTS: tuple[Start, ...] = ("cold", "reused", "warm")

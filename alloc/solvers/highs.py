@@ -12,6 +12,7 @@ from alloc.qp import QP
 from alloc.solvers import TIME_LIMIT_S, Answer, Level, Solve, Start, disbelieved, meaning
 
 REQUIRES = PACKAGE = "highspy"
+VERSION = "1.16.0"
 ALGORITHM = "primal active set"
 LICENCE = "MIT"
 # Not "warm": HiGHS takes a solution or a basis, and its QP code goes through the same iterations as without,

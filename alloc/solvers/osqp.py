@@ -11,6 +11,7 @@ from alloc.qp.problem import TwoSided
 from alloc.solvers import TIME_LIMIT_S, Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "osqp"
+VERSION = "1.1.3"
 ALGORITHM = "operator splitting (ADMM)"
 LICENCE = "Apache-2.0"
 STARTS: tuple[Start, ...] = ("cold", "reused", "warm")

@@ -10,6 +10,7 @@ from alloc.qp import QP
 from alloc.solvers import Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "piqp"
+VERSION = "0.7.0"
 ALGORITHM = "proximal interior point"
 LICENCE = "BSD-2-Clause"
 STARTS: tuple[Start, ...] = ("cold", "reused")  # PIQP takes no first guess

@@ -9,6 +9,7 @@ from alloc.qp import QP
 from alloc.solvers import Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "proxsuite"
+VERSION = "0.8.0"
 ALGORITHM = "proximal augmented Lagrangian"
 LICENCE = "BSD-2-Clause"
 STARTS: tuple[Start, ...] = ("cold", "reused", "warm")

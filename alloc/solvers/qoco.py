@@ -10,6 +10,7 @@ from alloc.qp.problem import OneSided
 from alloc.solvers import Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "qoco"
+VERSION = "0.3.2"
 ALGORITHM = "primal-dual interior point"
 LICENCE = "BSD-3-Clause"
 STARTS: tuple[Start, ...] = ("cold", "reused")  # QOCO takes no first guess

@@ -11,6 +11,7 @@ from alloc.qp.problem import TwoSided
 from alloc.solvers import TIME_LIMIT_S, Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "qpalm"
+VERSION = "1.3.0"
 ALGORITHM = "proximal augmented Lagrangian, semismooth Newton"
 LICENCE = "LGPL-3.0-or-later"
 STARTS: tuple[Start, ...] = ("cold", "reused", "warm")

@@ -10,6 +10,7 @@ from alloc.qp.problem import OneSided
 from alloc.solvers import Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "qtqp"
+VERSION = "0.0.7"
 ALGORITHM = "interior point, in Python"
 LICENCE = "Apache-2.0"
 STARTS: tuple[Start, ...] = ("cold",)  # an object holds one b; milliseconds either way

@@ -10,6 +10,7 @@ from alloc.qp.problem import OneSided, whitened
 from alloc.solvers import Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "quadprog"
+VERSION = "0.1.14"
 ALGORITHM = "dual active set (Goldfarb and Idnani)"
 LICENCE = "GPL-2.0-or-later"
 STARTS: tuple[Start, ...] = ("cold", "reused")  # solve_qp is a function: the factor of H is reused

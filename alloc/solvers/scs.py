@@ -11,6 +11,7 @@ from alloc.qp.problem import OneSided
 from alloc.solvers import TIME_LIMIT_S, Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "scs"
+VERSION = "3.3.1"
 ALGORITHM = "operator splitting (ADMM), homogeneous embedding"
 LICENCE = "MIT"
 # Not "reused": an object keeps its Anderson memory and the sums from which it adapts its step size, nothing

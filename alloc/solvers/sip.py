@@ -9,6 +9,7 @@ from alloc.qp import QP
 from alloc.solvers import TIME_LIMIT_S, Answer, Level, Solve, Start, meaning
 
 REQUIRES, PACKAGE = "sip_qp_python", "sip-qp-python"
+VERSION = "0.0.2"
 ALGORITHM = "interior point, augmented barrier and Lagrangian"
 LICENCE = "MIT"
 STARTS: tuple[Start, ...] = ("cold",)  # an object holds one b; a guess of x alone saves no iterations

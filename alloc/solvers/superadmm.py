@@ -10,6 +10,7 @@ from alloc.qp.problem import TwoSided
 from alloc.solvers import TIME_LIMIT_S, Answer, Level, Solve, Start, meaning
 
 REQUIRES, PACKAGE = "superADMM", "superadmm"
+VERSION = "0.7.2"
 ALGORITHM = "operator splitting (ADMM), a step size a constraint"
 LICENCE = "LGPL-2.1-or-later"
 STARTS: tuple[Start, ...] = ("cold", "warm")  # superADMM is a function, which keeps nothing

@@ -3,14 +3,26 @@
 import subprocess
 import sys
 from collections import Counter
+from importlib.metadata import version
 from itertools import product
 
 import numpy as np
 import pytest
 
-from alloc import NotApplicable, Status, Vehicle, alpha_max, build, catalogue, load_vehicle, solvers
+from alloc import (
+    Allocation,
+    NotApplicable,
+    Status,
+    Vehicle,
+    alpha_max,
+    build,
+    catalogue,
+    load_vehicle,
+    solvers,
+)
 from alloc.allocation import WRENCH_TOLERANCE, FloatArray
 from alloc.discovery import Entry
+from alloc.errors import SolverError
 from alloc.formulations import Family
 from alloc.qp import QP, pose_hard
 from alloc.qp.certificate import certify_many
@@ -181,6 +193,33 @@ def test_a_binding_that_raises_ends_no_control_loop_and_is_counted(monkeypatch: 
     monkeypatch.setattr("alloc.live.allocator.disbelieved", counted := Counter[str]())
     assert allocate([10.0, 5.0, 1.0]).status is Status.NOT_CONVERGED
     assert counted == {"daqp: RuntimeError: Model has not been set up": 1}
+
+
+@pytest.mark.parametrize("where", ["prepare", "solve"])
+def test_an_interface_that_moved_is_refused_with_the_version_seen_and_the_version_known(
+    where: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def moved(*_: object) -> solvers.Answer:
+        raise AttributeError("module 'daqp' has no attribute 'Model'")
+
+    def answer() -> Allocation:
+        allocate = build("qp/daqp", VEHICLE)
+        if where == "solve":
+            monkeypatch.setattr(allocate, "solve", moved)
+        return allocate([10.0, 5.0, 1.0])
+
+    daqp = solvers.load("daqp")
+    if where == "prepare":
+        monkeypatch.setattr(daqp, "prepare", moved)
+    with pytest.raises(AttributeError, match="no attribute"):  # a fault of ours in the version that is known
+        answer()
+    monkeypatch.setattr(daqp, "VERSION", "0.1")
+    with pytest.raises(SolverError) as refusal:
+        answer()
+    assert str(refusal.value) == (
+        f"daqp: daqp is {version('daqp')}, expected 0.1, as its interface has moved"
+        " (AttributeError: module 'daqp' has no attribute 'Model'); pip install 'daqp==0.1'"
+    )
 
 
 @pytest.mark.parametrize("name", INSTALLED)
