@@ -1,6 +1,6 @@
 """Worth of each solver's "solved" and "infeasible" to who gives it newtons as they are: a table by vehicle.
 
-``python docs/studies/newtons.py > results/studies/newtons.md`` asks each solver, at its own settings, the
+``python docs/studies/keep.py newtons`` asks each solver, at its own settings, the
 same demands in newtons and in the units of this suite, and believes what it says: none of the checks that an
 allocator makes. ``python docs/studies/page_tables.py newtons`` puts the sums into docs/solvers.md.
 """
@@ -11,9 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from alloc import Status, Vehicle, build, load_vehicle, solvers
+from alloc import NotApplicable, Status, Vehicle, build, load_vehicle, solvers
 from alloc.allocation import FloatArray
-from alloc.errors import NotApplicable
 from alloc.qp import pose_hard
 from bench.demands import build_demands
 from bench.results.text import table
@@ -97,10 +96,4 @@ def summed(page: str) -> str:
 
 
 if __name__ == "__main__":
-    print("# Newtons as they are\n")
-    count = sum(DEMANDS.values()) * len(VEHICLES)
-    print(
-        f"`python docs/studies/newtons.py`: {count} demands, each solver at its own settings,"
-        f" believed; *right*: within {RIGHT:g} of the largest limit from the exact answer.\n"
-    )
     print(table(HEADERS, rows(), markdown=True))
