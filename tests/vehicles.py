@@ -1,11 +1,13 @@
 """Vehicles that tests make up from a few numbers."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from alloc import Vehicle
+from alloc.vehicle.autopilot import make_autopilot
 
 AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
@@ -18,3 +20,9 @@ def made_up(T: ArrayLike, f_min: ArrayLike = -100.0, f_max: ArrayLike = 100.0, *
     usual = {"name": "made-up", "dof": AXES[:k], "H": np.eye(n), "readiness": np.ones(n)}
     fields: dict[str, Any] = usual | {"slack_weights": np.ones(k)} | others
     return Vehicle(T=matrix, f_min=low, f_max=high, **fields)
+
+
+def with_autopilot(vehicle: Vehicle) -> Vehicle:
+    """The vehicle of four thrusters with an autopilot, so that no method refuses it."""
+    mixer = make_autopilot("SIMPLEROV_4", (vehicle.f_min, vehicle.f_max))
+    return replace(vehicle, autopilot=mixer)

@@ -28,7 +28,7 @@ from bench.demands.surveys import move_poses
 from tests.compilers import build_program, run
 from tests.nullspace_cases import SHAPES, demands_of_known_verdict, random_vehicle
 from tests.places import DOCS
-from tests.vehicles import made_up
+from tests.vehicles import made_up, with_autopilot
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
 
@@ -41,6 +41,11 @@ EVERYWHERE = ("nullspace", pytest.param("priority", marks=pytest.mark.long))
 SMALL = "ukwial"
 KERNELS = tuple(recipes())
 LIMITED = tuple(name for name, each in recipes().items() if each.limited)
+
+
+def small() -> Vehicle:
+    """The smallest vehicle, which no method refuses."""
+    return with_autopilot(load_vehicle(SMALL))
 
 
 def generate(
@@ -81,7 +86,7 @@ def test_a_self_test_is_red_of_thrusts_two_per_cent_off_whatever_bound_was_deriv
         return replace(found, allowed=1e9 * every, undecided=every > 1.0 - undecided)
 
     monkeypatch.setattr(selftest, "cases", anything_goes)
-    files = generate(load_vehicle(SMALL), kernel, scalar)
+    files = generate(small(), kernel, scalar)
     factor = "1.02F" if scalar == "float" else "1.02"
     broken = {
         name: re.sub(r"f\[0\] = (\w+);", rf"f[0] = \1 * {factor};", text) for name, text in files.items()
@@ -104,7 +109,7 @@ def test_generated_c_is_clean_and_agrees_with_python_for_every_fault(
     kernel, scalar, limits, tmp_path
 ) -> None:
     """The self-test holds double to 1e-12 and float to 1e-5 of the largest limit, and what rounding adds."""
-    check_itself(load_vehicle(SMALL), kernel, scalar, limits, tmp_path)
+    check_itself(small(), kernel, scalar, limits, tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -143,7 +148,7 @@ def test_a_thruster_that_could_not_rest_takes_nothing_of_others_when_it_is_off(k
 
 
 def test_a_number_of_one_fault_that_is_wrong_is_told_by_the_self_test(tmp_path) -> None:
-    files = generate(load_vehicle(SMALL), "nullspace", faults="all")
+    files = generate(small(), "nullspace", faults="all")
     rows = re.search(r"_of\[\d\]\[\d+\] = \{\n(.*?)\n\};", files["ukwial_nullspace.c"], re.S)
     assert rows
     last = rows[1].splitlines()[-1]
@@ -154,7 +159,7 @@ def test_a_number_of_one_fault_that_is_wrong_is_told_by_the_self_test(tmp_path) 
 
 
 def test_without_faults_a_fault_is_not_known_and_nothing_else_is_other(tmp_path) -> None:
-    vehicle = load_vehicle(SMALL)
+    vehicle = small()
     kernel = recipe("scaled")
     targets = [Target(vehicle=vehicle, method=kernel, faults=each) for each in ("none", "one")]
     none, one = (sources_of(target)["ukwial_scaled.c"] for target in targets)
@@ -167,7 +172,7 @@ def test_without_faults_a_fault_is_not_known_and_nothing_else_is_other(tmp_path)
 @pytest.mark.parametrize("limits", ["fixed", "call"])
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_header_and_page_list_the_statuses_that_the_source_returns(kernel: str, limits: Where) -> None:
-    for vehicle in (load_vehicle(SMALL), load_vehicle("supply-vessel")):
+    for vehicle in (small(), load_vehicle("supply-vessel")):
         try:
             target = Target(vehicle=vehicle, method=recipe(kernel), scalar="float", limits=limits)
             header, source = sources_of(target).values()
@@ -186,7 +191,7 @@ def test_a_fault_of_no_thruster_is_refused_and_leaves_f_alone(
     kernel: str, faults: Faults, tmp_path: Path
 ) -> None:
     """Bits of a mask as much as numbers that count from 1."""
-    vehicle = load_vehicle(SMALL)
+    vehicle = small()
     solve = kernel_of(vehicle, tmp_path, kernel, faults=faults)
     for fault in (-(2**31), -2, vehicle.n, vehicle.n + 1, 31, 40, 2**31 - 1):
         status, f = solve(np.zeros(vehicle.k), fault=fault)
@@ -242,7 +247,7 @@ def test_self_tests_of_vehicles_with_all_that_a_file_may_hold_are_green(
 
 def test_redistribute_is_refused_where_its_factors_lose_too_many_digits() -> None:
     """Python makes its inverses in double and beforehand; C factorises in the call."""
-    vehicle = load_vehicle(SMALL)
+    vehicle = small()
     uneven = replace(vehicle, H=np.diag(np.logspace(0, 4, vehicle.n)))
     assert generate(uneven, "redistribute", "double")
     with pytest.raises(
@@ -252,7 +257,7 @@ def test_redistribute_is_refused_where_its_factors_lose_too_many_digits() -> Non
 
 
 def test_the_self_test_notices_a_wrong_constant(tmp_path) -> None:
-    files = generate(load_vehicle(SMALL), "nullspace")
+    files = generate(small(), "nullspace")
     source = files["ukwial_nullspace.c"]
     first = re.search(r" = c\[\d+\] \* t\d", source)  # of the whole vehicle, which stands first
     assert first
@@ -266,7 +271,7 @@ def test_the_self_test_notices_a_wrong_constant(tmp_path) -> None:
 def test_the_self_test_notices_a_thrust_that_is_off_by_a_thousandth_of_a_limit_in_float(
     kernel, tmp_path
 ) -> None:
-    vehicle = load_vehicle(SMALL)
+    vehicle = small()
     files = generate(vehicle, kernel, "float")
     source = f"{function_name(vehicle, kernel, 'float')}.c"
     broken, written = re.subn(
@@ -282,7 +287,7 @@ def test_generated_code_calls_no_library_and_keeps_no_state(kernel, tmp_path) ->
     """No undefined symbol: no library, no heap. No writable symbol: no state between calls."""
     made = build_program(
         tmp_path,
-        sources_of(Target(vehicle=load_vehicle(SMALL), method=recipe(kernel), limits="call")),
+        sources_of(Target(vehicle=small(), method=recipe(kernel), limits="call")),
         "-O2",
         "-c",
     )
@@ -362,7 +367,7 @@ DOUBLES = {
 @pytest.mark.parametrize("kernel", LIMITED)
 def test_a_bit_pattern_that_is_no_finite_number_has_a_status_of_its_own(kernel, limits, tmp_path) -> None:
     """In any argument of a thruster that works; every pattern that is a number is answered or infeasible."""
-    vehicle = load_vehicle(SMALL)
+    vehicle = small()
     solve = kernel_of(vehicle, tmp_path, kernel, limits=limits)
     rng = np.random.default_rng(4)
     usual = [np.zeros(vehicle.k), *((vehicle.f_min, vehicle.f_max) if limits == "call" else ())]
@@ -386,7 +391,7 @@ def test_a_bit_pattern_that_is_no_finite_number_has_a_status_of_its_own(kernel, 
 
 @pytest.mark.parametrize("kernel", LIMITED)
 def test_limits_that_cross_by_one_ulp_are_infeasible_and_leave_f_alone(kernel, tmp_path) -> None:
-    vehicle = load_vehicle(SMALL)
+    vehicle = small()
     solve = kernel_of(vehicle, tmp_path, kernel, limits="call")
     tau = vehicle.T @ np.full(vehicle.n, 10.0)
     for i in range(vehicle.n):
@@ -440,7 +445,7 @@ def test_limits_of_the_call_are_taken_as_every_method_takes_them(kernel) -> None
 def test_axes_that_a_failure_makes_one_get_the_shares_that_they_get_in_python() -> None:
     """Both ask a level's step for the same number then, which each thrust adds up twice."""
     made = replace(
-        load_vehicle(SMALL),
+        small(),
         T=np.array([[1.0, 1.0, 2.0, -2.0], [1.0, 1.0, 2.0, 2.0], [2.0, 2.0, 1.0, 1.0]]),
         priority=(("yaw",), ("surge",), ("sway",)),
     )
@@ -457,7 +462,7 @@ def test_axes_that_a_failure_makes_one_get_the_shares_that_they_get_in_python() 
 @pytest.mark.parametrize("kernel", ["scaled", "priority"])
 def test_limits_without_any_margin_take_nothing_of_a_demand_but_what_they_make(kernel) -> None:
     """Loads are 0 / 0 there, which must not count, or x / 0, which must; the header says so."""
-    vehicle = load_vehicle(SMALL)
+    vehicle = small()
     native = build(f"{kernel}@native", vehicle)
     fixed = np.full(vehicle.n, 10.0)
     made = vehicle.T @ fixed
@@ -478,7 +483,7 @@ def test_limits_without_any_margin_take_nothing_of_a_demand_but_what_they_make(k
     ("f_min", "says"), [([0.0] * 3, "shape"), ([np.nan] * 4, "NaN"), (["a"] * 4, "f_min"), (1.0, "shape")]
 )
 def test_limits_that_are_none_are_refused_as_every_method_refuses_them(f_min, says) -> None:
-    allocate = build("nullspace@native", load_vehicle(SMALL))
+    allocate = build("nullspace@native", small())
     with pytest.raises(DemandError, match=says):
         allocate(np.zeros(3), f_min=f_min)
     with pytest.raises(DemandError, match=says):
@@ -541,13 +546,13 @@ def test_a_thruster_that_pushes_no_controlled_axis_gets_the_thrust_nearest_zero(
 
 
 def test_the_same_vehicle_gives_the_same_text() -> None:
-    first, second = (generate(load_vehicle(SMALL), "nullspace") for _ in range(2))
+    first, second = (generate(small(), "nullspace") for _ in range(2))
     assert first == second
 
 
 def test_a_self_test_is_red_of_thrusts_that_make_the_same_wrench_with_more_effort(tmp_path) -> None:
     """At the end of a way thrusts may differ, with no more effort; here they move along the null space."""
-    vehicle = load_vehicle(SMALL)
+    vehicle = small()
     files = generate(vehicle, "scaled")
     source = f"{function_name(vehicle, 'scaled', 'double')}.c"
     along = 1e-3 * vehicle.f_scale * np.linalg.svd(vehicle.T)[2][-1]

@@ -11,6 +11,7 @@ from alloc.discovery import Entry, find
 from alloc.formulations import Family, Formulation, find_formulation, list_formulations
 from alloc.qp.certificate import certify
 from alloc.reach.attainable import alpha_max_lp
+from tests.vehicles import with_autopilot
 
 EACH = pytest.mark.parametrize("formulation", list_formulations(), ids=lambda formulation: formulation.name)
 
@@ -21,7 +22,7 @@ def test_a_formulation_is_called_as_its_file() -> None:
 
 
 def test_an_allocator_answers_the_formulation_of_its_entry_and_promises_its_limits(entry: Entry) -> None:
-    allocate = build(entry.name, load_vehicle("ukwial"))
+    allocate = build(entry.name, with_autopilot(load_vehicle("ukwial")))
     assert allocate.formulation == entry.formulation
     assert allocate.limited == find_formulation(entry.formulation).limited
 

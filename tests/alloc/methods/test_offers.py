@@ -1,7 +1,5 @@
 """Offers of the catalogue's methods beyond those of every Allocator."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -9,11 +7,9 @@ from alloc import build, load_vehicle
 from alloc.allocation import BoundedSteps, TwoStage
 from alloc.discovery import Entry
 from alloc.formulations import Family
-from alloc.vehicle.autopilot import make_autopilot
+from tests.vehicles import with_autopilot
 
-UKWIAL = load_vehicle("ukwial")
-VEHICLE = replace(UKWIAL, autopilot=make_autopilot("SIMPLEROV_4", (UKWIAL.f_min, UKWIAL.f_max)))
-"""With an autopilot, so that no method refuses it."""
+VEHICLE = with_autopilot(load_vehicle("ukwial"))
 
 
 def test_exactly_the_methods_that_call_a_solver_from_python_offer_two_stages(entry: Entry) -> None:
