@@ -4,7 +4,7 @@
 //!
 //! The structs are those of thrustbench_allocator.h, version 1, which says what each member means.
 
-use std::ffi::{c_char, c_int, c_void};
+use std::os::raw::{c_char, c_int, c_void};
 use std::ptr::null;
 use std::slice::from_raw_parts;
 
@@ -133,7 +133,7 @@ pub unsafe extern "C" fn tba_prepare(vehicle: *const Vehicle, reason: *mut *cons
     match prepare(from_raw_parts(v.t, k * n), each(v.readiness), each(v.f_min), each(v.f_max)) {
         Some(made) => Box::into_raw(Box::new(made)) as *mut c_void,
         None => {
-            *reason = c"its thrusters do not push every axis".as_ptr();
+            *reason = b"its thrusters do not push every axis\0".as_ptr() as *const c_char;
             std::ptr::null_mut()
         }
     }
