@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from alloc.allocation import BoolArray, FloatArray, IndexArray, StatusArray
 from alloc.errors import DemandError, VehicleError
-from alloc.vehicle.current import Current, Draw, make_draw
+from alloc.vehicle.current import Current, Draw, checked_cap, make_draw
 from alloc.vehicle.limits import Interval
 
 ROUNDING = 1e-6
@@ -228,12 +228,28 @@ AT_ONCE = 2048
 
 
 def esc_commands(
-    name: str, escs: Sequence[Esc], f: ArrayLike, volts: ArrayLike | None, f_min: ArrayLike, f_max: ArrayLike
+    name: str,
+    escs: Sequence[Esc],
+    f: ArrayLike,
+    volts: ArrayLike | None,
+    f_min: ArrayLike,
+    f_max: ArrayLike,
+    cap: ArrayLike | None = None,
 ) -> Sent:
     """As ``Vehicle.commands``, with the limits given."""
     wishes, at, single = _rows(name, escs, f, volts, "f")
     low, high = (np.broadcast_to(np.asarray(side, np.float64), wishes.shape) for side in (f_min, f_max))
     sent = _commands(escs, wishes, at, low, high)
+    if cap is not None:
+        most = np.broadcast_to([checked_cap(one) for one in np.atleast_1d(cap).tolist()], len(wishes))
+        draws = [esc_draw(name, escs, None if np.isneginf(v) else float(v)) for v in at]
+        over = [i for i, draw in enumerate(draws) if draw.amps(sent.f[i]).sum() > most[i]]
+        # Limits at the wish itself leave the next command towards neutral.
+        known = np.where(np.isfinite(wishes), wishes, 0.0)
+        inner = np.maximum(low, np.minimum(known, 0.0)), np.minimum(high, np.maximum(known, 0.0))
+        again = _commands(escs, wishes[over], at[over], inner[0][over], inner[1][over])
+        for part, inward in zip(sent, again, strict=True):
+            part[over] = inward
     return Sent(*(part[0] for part in sent)) if single else sent
 
 

@@ -276,6 +276,7 @@ class Vehicle:
         *,
         f_min: ArrayLike | None = None,
         f_max: ArrayLike | None = None,
+        cap: ArrayLike | None = None,
     ) -> Sent:
         """Commands to the ESCs for thrusts f (n,) or (N, n) [N], and the thrusts that they make.
 
@@ -287,12 +288,14 @@ class Vehicle:
         f : the thrusts
         volts : of the battery, one or (N,) [V]; left out, the nominal voltage of the curve
         f_min, f_max : (n,) or (N, n) limits of the call [N]; left out, the vehicle's
+        cap : on the sum of currents, one or (N,) [A]: where rounding exceeds it, commands are rounded towards
+            neutral
 
         Raises VehicleError where the vehicle has no ``esc``, DemandError for another shape and where the
         curve has several voltages and nothing says which.
         """
         low, high = self.f_min if f_min is None else f_min, self.f_max if f_max is None else f_max
-        return esc_commands(self.name, self.esc, f, volts, low, high)
+        return esc_commands(self.name, self.esc, f, volts, low, high, cap)
 
     def esc_limits(
         self,

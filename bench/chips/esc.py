@@ -108,7 +108,8 @@ def agreement(
     """
     f, *ends = np.split(asked[:, :-1], asked.shape[1] // vehicle.n, axis=1)
     volts = asked[:, -1]
-    sent = vehicle.commands(f, volts, **dict(zip(("f_min", "f_max"), ends, strict=False)))
+    f_min, f_max = ends or (None, None)
+    sent = vehicle.commands(f, volts, f_min=f_min, f_max=f_max)
     apart = np.abs(made - sent.f) / vehicle.f_scale
     other = ~(apart <= MADE)
     step = np.array([esc.step for esc in vehicle.esc])

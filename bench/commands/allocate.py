@@ -127,7 +127,10 @@ def command(
     wired, doubt, frame = None, "", ""
     if esc:
         frame = options["frame"] or answering.frame
-        wired, doubt = esc_columns(answering, answers, log.t, log.columns.get("volts"), lows, highs, frame)
+        caps = None if cap is None else [at["cap"] for at in supply]
+        wired, doubt = esc_columns(
+            answering, answers, log.t, log.columns.get("volts"), lows, highs, frame, caps
+        )
     text = format_thrusts(answers, header, wired, frame=frame)
     if output is None:
         echo(text, nl=False)

@@ -329,16 +329,17 @@ def esc_columns(
     f_min: FloatArray | None = None,
     f_max: FloatArray | None = None,
     frame: str = "",
+    cap: Sequence[float] | None = None,
 ) -> tuple[dict[str, list[float]], str]:
     """Columns u0, u1, … of commands, made_surge, … of the wrench T P f that they make [N, N m], and a doubt.
 
     One entry an answer, whose voltage (N,) [V] and limits (N, n) [N] are given, or the vehicle's. Times (N,)
     [s], since the first one, and voltages stand behind, so that what was sent is a log of outputs. The wrench
     is in ``frame``, or the vehicle's. The doubt is about voltages at which nothing was measured, empty
-    without any.
+    without any. No row draws more than its ``cap`` [A].
     """
     f = np.array([answer.f for answer in answers]).reshape(len(answers), vehicle.n)
-    wired = vehicle.commands(f, volts, f_min=f_min, f_max=f_max)
+    wired = vehicle.commands(f, volts, f_min=f_min, f_max=f_max, cap=cap)
     made = wired.f @ vehicle.TP.T
     if frame not in ("", vehicle.frame):
         made = turned(made.T, vehicle.dof).T

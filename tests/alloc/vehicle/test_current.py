@@ -146,3 +146,24 @@ def test_a_vehicle_without_currents_says_where_to_write_them() -> None:
         load_vehicle("ukwial").draw(12.0)
     with pytest.raises(DemandError, match="volts: got -1"):
         load_vehicle("bluerov2").draw(-1.0)
+
+
+def test_commands_are_rounded_towards_neutral_where_the_cap_would_be_exceeded(
+    rng: np.random.Generator,
+) -> None:
+    vehicle = load_vehicle("bluerov2-heavy")
+    F, exceeded = rng.uniform(-20, 25, (50, 8)), 0
+    for f, volts in zip(F, rng.uniform(10, 20, 50), strict=True):
+        draw = vehicle.draw(volts)
+        cap = float(draw.amps(f).sum())
+        nearest, sent = vehicle.commands(f, volts), vehicle.commands(f, volts, cap=cap)
+        assert draw.amps(sent.f).sum() <= cap + 1e-9
+        if draw.amps(nearest.f).sum() <= cap:
+            np.testing.assert_array_equal(sent.u, nearest.u)
+        else:
+            exceeded += 1
+            assert (np.abs(sent.f) <= np.abs(f) + 1e-9).all()
+            assert (np.abs(sent.u - nearest.u)[np.abs(f) > 1] <= 1).all()
+    assert 10 < exceeded < 50
+    rows = vehicle.commands(F, 12.0, cap=10.0)
+    np.testing.assert_array_equal(rows.u[3], vehicle.commands(F[3], 12.0, cap=10.0).u)

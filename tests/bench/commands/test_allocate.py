@@ -319,6 +319,17 @@ def test_with_a_cap_the_thrusters_draw_no_more_and_the_share_says_what_is_left(
     assert (met["status"], met["share0"]) == ("SOLVED", "1")
 
 
+def test_with_a_cap_the_commands_draw_no_more_either(tmp_path: Path) -> None:
+    (tmp_path / "fused.yaml").write_text(FUSED)
+    vehicle, demands = load_vehicle(tmp_path / "fused.yaml"), tmp_path / "demands.csv"
+    demands.write_text("surge,yaw\n" + "".join(f"80,{yaw / 10}\n" for yaw in range(20)))
+    result = allocate(
+        demands, "--vehicle", tmp_path / "fused.yaml", "--method", "scaled", "--cap", "20", "--esc"
+    )
+    sent = [[float(row["u0"]), float(row["u1"])] for row in csv.DictReader(result.stdout.splitlines())]
+    assert vehicle.draw().amps(vehicle.thrusts(sent)).sum(axis=1).max() <= 20.0 + 1e-9
+
+
 @pytest.mark.parametrize(
     ("method", "cap", "said"),
     [
