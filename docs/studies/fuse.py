@@ -1,0 +1,74 @@
+"""What a fuse costs: shares of demands and currents of three ways to stay below 20 A, at 12 V.
+
+    python docs/studies/fuse.py [DIRECTIONS]
+
+Demands lie along random thrusts within the limits at 12 V, farther out than these allow. One way holds each
+thruster to the n-th part of the cap; `scaled` and `frugal` take the cap in the call.
+"""
+
+import sys
+
+import numpy as np
+
+from alloc import Vehicle, build, load_vehicle
+from alloc.allocation import FloatArray
+
+CAP, VOLTS = 20.0, 12.0
+VEHICLES = ("bluerov2", "bluerov2-heavy")
+RATIOS = (
+    "share of each at cap/n, over `frugal`'s",
+    "share of `scaled`, over `frugal`'s",
+    "share of `scaled`, over each at cap/n",
+    "current of `frugal` for the same wrench, over `scaled`'s",
+)
+
+
+def each_at(vehicle: Vehicle, amps: float) -> tuple[FloatArray, FloatArray]:
+    """Limits (n,) at which each thruster draws so many amperes, or its own where these draw less [N]."""
+    low, high = vehicle.limits(volts=VOLTS)
+    draw, nearer = vehicle.draw(VOLTS), []
+    for side in (low, high):
+        least, most = np.zeros(vehicle.n), np.ones(vehicle.n)
+        for _ in range(60):
+            middle = (least + most) / 2
+            fits = draw.amps(middle * side) <= amps
+            least, most = np.where(fits, middle, least), np.where(fits, most, middle)
+        nearer.append(least * side)
+    return nearer[0], nearer[1]
+
+
+def compared(vehicle: Vehicle, directions: int) -> dict[str, FloatArray]:
+    """Ratios (directions,) of shares, and of the currents for one wrench."""
+    rng, draw = np.random.default_rng(2004), vehicle.draw(VOLTS)
+    low, high = vehicle.limits(volts=VOLTS)
+    scaled, frugal = build("scaled", vehicle), build("frugal", vehicle)
+    held = each_at(vehicle, CAP / vehicle.n)
+    rows = []
+    for f in rng.uniform(low, high, (directions, vehicle.n)):
+        tau = vehicle.strong.TP @ f
+        tau = 10.0 * tau / np.abs(tau / vehicle.wrench_scale).max()
+        whole = scaled(tau, low, high)
+        each = scaled(tau, *held).share[0]
+        under = scaled(tau, low, high, cap=CAP, volts=VOLTS)
+        least = frugal(tau, low, high, cap=CAP, volts=VOLTS)
+        same = frugal(under.share[0] * tau, low, high, volts=VOLTS)
+        assert draw.amps(whole.f).sum() > CAP >= np.sum(under.amps)
+        rows.append(
+            (
+                each / least.share[0],
+                under.share[0] / least.share[0],
+                under.share[0] / each,
+                np.sum(same.amps) / np.sum(under.amps),
+            )
+        )
+    return dict(zip(RATIOS, np.array(rows).T, strict=True))
+
+
+if __name__ == "__main__":
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else 288
+    found = [compared(load_vehicle(name), count) for name in VEHICLES]
+    for what in RATIOS:
+        cells = (
+            f"{np.median(each[what]):.2f} ({each[what].min():.2f} … {each[what].max():.2f})" for each in found
+        )
+        print(f"| {what} | {' | '.join(cells)} |")
