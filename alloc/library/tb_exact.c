@@ -325,7 +325,6 @@ int tb_again(const struct tb_allocator *a, const tb_real *tau, struct tb_thrusts
     return least <= miss * a->scale;
 }
 
-/* Whether T f = tau holds within what SOLVED may miss, for thrusts that were `moved` in all. */
 /* Whether tau asks for nothing along directions that no thruster pushes, and that are not just weak. */
 int tb_asks_no_lost(const struct tb_allocator *a, const tb_real *tau)
 {
@@ -355,6 +354,7 @@ static int meets_strong(const struct tb_allocator *a, const tb_real *tau, const 
     return tb_asks_no_lost(a, tau);
 }
 
+/* Whether T f = tau holds within what SOLVED may miss, for thrusts that were `moved` in all. */
 int tb_meets(const struct tb_allocator *a, const tb_real *tau, const struct tb_thrusts *t, tb_real moved)
 {
     if (moved <= TB_HELD * a->scale && t->size <= a->exact && a->rank == a->k) {

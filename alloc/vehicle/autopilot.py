@@ -1,10 +1,10 @@
 """ArduSub's frames as tables of factors, and the autopilot of a vehicle: its frame, motors and directions.
 
 Facts read in libraries/AP_Motors/AP_Motors6DOF.cpp of Williangalvani/ardupilot at commit 0899be29b0e3, where
-the three output functions are merged (ArduPilot's pull request 34182, open in September 2026); at
-ES-Alexander/ardupilot 2bc5faab9b1c, with the three apart, numbers and equations are the same. Older firmware
-differs in one: ArduPilot/ardupilot at 0fd5fbf258e8 gives SIMPLEROV_3, 4 and 5 the same five motors, and
-motors 3 and 4 no roll.
+the three output functions are merged (ArduPilot's pull request 34182, open in September 2026). The factors
+are the same at ES-Alexander/ardupilot 2bc5faab9b1c, with the three apart; the equations there were read in
+part. Older firmware differs in one: ArduPilot/ardupilot at 0fd5fbf258e8 gives SIMPLEROV_3, 4 and 5 the same
+five motors, and motors 3 and 4 no roll.
 """
 
 from collections.abc import Mapping, Sequence
