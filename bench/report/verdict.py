@@ -89,7 +89,7 @@ def verdict(own: Sequence[Size], loop: Loop) -> str:
         text += f"; {first.part}"
     if rival := possible_first(own, loop):
         text += f"; not decided by so few: {spoken_name(rival)} may come first"
-    other = _other(first, own)
+    other = second_choice(first, own)
     return f"{text}; {other} would do too." if other else f"{text}."
 
 
@@ -170,8 +170,8 @@ def _why_not_exact(own: Sequence[Size]) -> str:
     return f"{late[0].label} is exact but too slow" if late else "no exact method was measured"
 
 
-def _other(first: Size, own: Sequence[Size]) -> str:
-    """Second choice, by the rule of the first: the next that is as useful, empty for none."""
+def second_choice(first: Size, own: Sequence[Size]) -> str:
+    """Second choice in words, by the rule of the first: the next that is as useful; empty for none."""
     others = (
         spoken_name(size)
         for size in own[1:]

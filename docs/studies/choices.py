@@ -1,0 +1,208 @@
+"""First and second choice of a quick run and of one that asks ten times as many demands.
+
+``python docs/studies/choices.py [VEHICLES [FIRST]]`` asks each method in this process, on all shipped
+vehicles and on numbered generated ones from FIRST on, and prints each vehicle where the choices differ.
+Times are not measured: each method takes what it takes in the record of ``results``, so noise of clocks has
+no part. Generated C answers as its twin in Python does, which is asked in its place.
+"""
+
+import sys
+from collections import Counter
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from msgspec.structs import replace
+
+from alloc import AllocError, NotApplicable, Vehicle, catalogue, list_vehicles, load_vehicle
+from alloc.allocation import BoundedSteps
+from alloc.discovery import Entry, find, prepare
+from alloc.formulations import Family
+from alloc.reach.volumes import uniform_demands
+from bench.demands import build_demands
+from bench.demands.generated import vehicle_of
+from bench.demands.store import Case
+from bench.demands.strong import strong_vehicle
+from bench.harness.lines import begun, method_line, problem
+from bench.harness.plan import DEFAULT_DEMANDS, quick
+from bench.judging.capability import N_DEMANDS
+from bench.judging.judge import judge
+from bench.judging.loss import relative_wrench_error
+from bench.judging.question import Answers, Question, Unanswered, promised, questions
+from bench.record import SERVED_WITHIN, Batch, Capability, Cell, Key, Record, Served
+from bench.record.measured import binned
+from bench.report.verdict import USUAL, second_choice, spoken_name
+from bench.results.rows import Run, gather, read_run
+from bench.results.size import best_of_each, possible_first
+from bench.results.sizing import sizes
+
+RECORD = Path(__file__).parents[2] / "results" / "amd-epyc-2-cores"
+SOLVERS = ("qp/daqp", "qp/quadprog")
+"""QP solvers that stand for all: each adds as much time as all rules together."""
+CALLS = 3000
+"""Timed calls of each method: enough that none is open for being too few."""
+N, TENFOLD = quick().n_demands, 10
+
+
+class Choice(NamedTuple):
+    """Advice of a run on a vehicle.
+
+    Attributes
+    ----------
+    first, second : methods, as a verdict names them; empty for none
+    open : whether the verdict says that so few demands decide nothing
+    """
+
+    first: str
+    second: str
+    open: bool
+
+
+@cache
+def times_us() -> dict[str, float]:
+    """The largest median of each method on any vehicle in the committed record [us]."""
+    found: dict[str, float] = {}
+    for row in read_run(RECORD).rows:
+        if not row.failed and row.call_p50_us is not None:
+            found[row.method] = max(found.get(row.method, 0.0), row.call_p50_us)
+    return found
+
+
+@cache
+def entries() -> tuple[Entry, ...]:
+    """Methods of ``run --quick`` that the record has times of; of QP solvers, SOLVERS."""
+    taken = (e for e in catalogue() if e.name in times_us() and not e.missing)
+    return tuple(
+        e for e in taken if (e.twin or not e.solver or e.name in SOLVERS) and e.family not in LEFT_OUT
+    )
+
+
+LEFT_OUT = (Family.SOFT, Family.ONE_SHOT, Family.GENERATED)
+"""Families that a quick run leaves out, and solvers' own C, whose answers are their library's."""
+
+
+def answer(method: str, case: Case) -> Answers | Unanswered:
+    """Answers of a method, or the reason why it has none."""
+    try:
+        allocate = prepare(find(method), case.vehicle)
+    except AllocError as error:
+        return Unanswered("refused", str(error))
+    limits = [side for side in (case.f_min, case.f_max) if side is not None]
+    found = [allocate(*call) for call in zip(case.taus, *limits, strict=True)]
+    return Answers(np.array([each.f for each in found]), np.array([each.status for each in found]))
+
+
+def served(vehicle: Vehicle) -> Capability:
+    """Number of the demands drawn evenly that each method in Python serves, as a run counts them."""
+    taus = uniform_demands(strong_vehicle(vehicle), np.random.default_rng(0), N_DEMANDS)
+    found = []
+    for entry in entries():
+        reply = Unanswered("", "") if entry.foreign else answer(entry.name, Case(vehicle, taus))
+        if isinstance(reply, Answers):
+            error = relative_wrench_error(vehicle, taus, reply.F)
+            counts = [int(np.count_nonzero(error <= within)) for within in (SERVED_WITHIN, 0.05)]
+            found.append(
+                Served(
+                    fault=None,
+                    method=entry.name,
+                    n_demands=len(taus),
+                    within_1pct=counts[0],
+                    within_5pct=counts[1],
+                )
+            )
+    return Capability(
+        vehicle=vehicle.name,
+        dof=list(vehicle.dof),
+        authority=[],
+        served=found,
+        curves=[],
+        planes=[],
+        last_metre=[],
+    )
+
+
+def made_run(vehicle: Vehicle, capability: Capability, n: int) -> Run:
+    """A run as ``run --quick`` makes it, with n demands of each set, times out of the record."""
+    sets = []
+    for name in DEFAULT_DEMANDS:
+        with suppress(NotApplicable):
+            sets.append(build_demands(name, vehicle, 0, n))
+    asked = questions(sets, lambda method, cases: [answer(method, case) for case in cases])
+    methods = [method_line(entry) for entry in entries()]
+    record = Record(header=begun(0, {}), methods=methods, capabilities=[capability])
+    for question in asked:
+        record.problems.append(problem(question))
+        judged = {entry.name: judged_cell(entry, question) for entry in entries() if not entry.twin}
+        record.cells += judged.values()
+        record.cells += [timed(judged[entry.twin], entry.name) for entry in entries() if entry.twin in judged]
+    return Run(record, gather(record))
+
+
+def judged_cell(entry: Entry, question: Question) -> Cell:
+    """The cell of a method on a question, its answers judged, its time out of the record."""
+    demands = question.demands
+    key = Key(demands.vehicle.name, demands.name, entry.name, entry.starts[0], entry.levels[-1])
+    try:
+        allocate = prepare(entry, demands.vehicle, level=entry.levels[-1])
+    except AllocError as error:
+        return Cell(key=key, status="refused", reason=str(error))
+    answers = [allocate(tau) for tau in demands.taus]
+    cell = Cell(
+        key=key, status="ok", n_demands=len(answers), judged=judge(question, answers, **promised(allocate))
+    )
+    cell.formulation, cell.limited = allocate.formulation, allocate.limited
+    cell.worst_case_steps = allocate.worst_case_steps if isinstance(allocate, BoundedSteps) else None
+    return timed(cell, entry.name)
+
+
+def timed(cell: Cell, method: str) -> Cell:
+    """The cell of a method that answers as this one does, in the time of the record."""
+    key = replace(cell.key, method=method, start="-" if "@" in method else cell.key.start)
+    if cell.status != "ok":
+        return replace(cell, key=key)
+    ns = binned(round(1000 * times_us()[method]))
+    batch = Batch(calls=CALLS, wall_ns=CALLS * ns, cpu_ns=CALLS * ns, switches=0)
+    return replace(cell, key=key, batches=[batch], singles=[(ns, CALLS)])
+
+
+def choice(run: Run) -> Choice:
+    """Advice of a run in the loop that reports open with."""
+    own = best_of_each(sizes(run, USUAL))
+    first = own[0]
+    return Choice(spoken_name(first), second_choice(first, own), bool(possible_first(own, USUAL)))
+
+
+def main(count: int, first: int) -> None:
+    """Compare the choices, a line for each vehicle where they differ; the counts at the end, or on Ctrl-C."""
+    vehicles = [load_vehicle(name) for name in list_vehicles()]
+    vehicles += [vehicle_of(number)[0] for number in range(first, first + count)]
+    seen: Counter[str] = Counter()
+    with suppress(KeyboardInterrupt):
+        for i, vehicle in enumerate(vehicles):
+            try:
+                short, long = compared(vehicle)
+            except (AllocError, IndexError) as error:  # a vehicle without demands has no size
+                seen["left out"] += 1
+                print(f"{i}: left out: {error}", flush=True)
+                continue
+            seen["asked"] += 1
+            seen["said to be open"] += short.open
+            for what, a, b in zip(("first", "second"), short, long, strict=False):
+                seen[f"{what} differs, and not said"] += a != b and not short.open
+                seen[f"{what} agrees"] += a == b
+            if short[:2] != long[:2]:
+                print(f"{i}: {short} {long}", flush=True)
+    print("\n".join(f"{what}: {number}" for what, number in sorted(seen.items())))
+
+
+def compared(vehicle: Vehicle) -> tuple[Choice, Choice]:
+    """Advice of a quick run on a vehicle, and of one with TENFOLD its demands."""
+    capability = served(vehicle)
+    short, long = (choice(made_run(vehicle, capability, n)) for n in (N, TENFOLD * N))
+    return short, long
+
+
+if __name__ == "__main__":
+    main(*(int(word) for word in [*sys.argv[1:], *("200", "0")[len(sys.argv) - 1 :]]))
