@@ -21,8 +21,8 @@ from bench.judging.question import ask_here, questions
 WITH_SHARE = ("scaled", "scaled-by-group", "priority")
 SURVEYED = load_vehicle(Path("docs/vehicles/bluerov2-surveyed.yaml"))
 OFF = {"bluerov2-heavy": (4, 5), "hexarotor": (0, 3)}
-FAR = Survey(50.0, 2.0)
-"""Errors of a survey that leave a lost direction enough for single precision: a condition of 30 or less."""
+FAR = Survey(20.0, 2.3)
+"""Errors of a survey that leave a lost direction enough for single precision: a condition of 35 or less."""
 names = pytest.mark.parametrize("name", ["bluerov2", *OFF])
 
 
