@@ -95,7 +95,7 @@ def read_contenders(settings: RunSettings) -> list[Contender]:
         Contender(method=method_line(entry), starts=entry.starts, levels=entry.levels, missing=entry.missing)
         for entry in catalogue()
         if any(fnmatchcase(entry.name, name) for name in wanted)
-        and (settings.methods or not {entry.family, entry.solver}.intersection(settings.without))
+        and (settings.methods or not {entry.name, entry.family, entry.solver}.intersection(settings.without))
     ]
     return [*plugged, *chosen]
 

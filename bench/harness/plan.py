@@ -34,7 +34,7 @@ class RunSettings(msgspec.Struct, frozen=True, kw_only=True):
     ----------
     demands, vehicles : names or paths
     methods : names, or patterns as a shell has them; empty for all
-    without : families of methods, and solvers, that are left out
+    without : methods, families of methods and solvers that are left out
     study : a study out of ``bench.demands.generated``, whose vehicles are measured too
     plugins : files with a method
     faults : of each vehicle, one at a time; None is the whole vehicle
@@ -217,6 +217,9 @@ ONCE = ("uniform", Family.SOFT, Family.ONE_SHOT)
 """Measured in the first repeat only, which leaves time for the fast methods: the demand set that
 shares are counted on, and slow methods, whose times differ by far more than the 0.5-1 % between processes."""
 
+NAMED_ONLY = ("frugal",)
+"""Methods that are asked by name only, with a linear program of milliseconds in each call."""
+
 GROWTH_METHODS = (
     "pinv",
     "pinv@native",
@@ -237,7 +240,9 @@ GROWTH_METHODS = (
 
 def default() -> RunSettings:
     """Every vehicle and method, with ``matching_choices`` of each: under 3 minutes on 2 cores."""
-    return RunSettings(vehicles=list_vehicles(), demands=(*DEFAULT_DEMANDS, "uniform"), once=ONCE)
+    return RunSettings(
+        vehicles=list_vehicles(), demands=(*DEFAULT_DEMANDS, "uniform"), without=NAMED_ONLY, once=ONCE
+    )
 
 
 def quick() -> RunSettings:
@@ -245,7 +250,7 @@ def quick() -> RunSettings:
     return RunSettings(
         vehicles=("ukwial", "bluerov2-heavy"),
         demands=DEFAULT_DEMANDS,
-        without=(Family.SOFT, Family.ONE_SHOT, *slow()),
+        without=(Family.SOFT, Family.ONE_SHOT, *slow(), *NAMED_ONLY),
         levels=("tight",),
         repeats=1,
         n_demands=50,

@@ -5,7 +5,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from bench.harness.plan import SettingsError, quick
+from bench.harness.plan import NAMED_ONLY, RunSettings, SettingsError, default, quick
 from tests.plugin_files import write_plugin
 from tests.runs import contenders
 
@@ -53,3 +53,10 @@ def test_a_plug_in_without_the_start_that_was_named_is_refused(tmp_path: Path) -
 def test_a_plug_in_is_marked_as_what_the_user_brought(tmp_path: Path) -> None:
     settings = msgspec.structs.replace(quick(), plugins=(write_plugin(tmp_path, "off"),), methods=("pinv",))
     assert {c.method.name: c.method.plugin for c in contenders(settings)} == {"off": True, "pinv": False}
+
+
+@pytest.mark.parametrize("settings", [default(), quick()], ids=["default", "quick"])
+def test_a_method_of_a_program_a_call_is_asked_by_name_only(settings: RunSettings) -> None:
+    assert not {c.method.name for c in contenders(settings)} & set(NAMED_ONLY)
+    named = msgspec.structs.replace(settings, methods=NAMED_ONLY)
+    assert {c.method.name for c in contenders(named)} == set(NAMED_ONLY)
