@@ -248,8 +248,8 @@ def esc_commands(
         known = np.where(np.isfinite(wishes), wishes, 0.0)
         inner = np.maximum(low, np.minimum(known, 0.0)), np.minimum(high, np.maximum(known, 0.0))
         again = _commands(escs, wishes[over], at[over], inner[0][over], inner[1][over])
-        for part, inward in zip(sent, again, strict=True):
-            part[over] = inward
+        for field in Sent._fields:
+            getattr(sent, field)[over] = getattr(again, field)
     return Sent(*(part[0] for part in sent)) if single else sent
 
 
