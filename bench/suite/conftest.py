@@ -12,13 +12,14 @@ from alloc.discovery import Entry, find, load_plugin, prepare
 from alloc.errors import NotInstalled
 from alloc.formulations import Family
 from alloc.solvers import slow
+from bench.harness.plan import NAMED_ONLY
 from bench.judging.question import Question
 from bench.suite.answers import LABELS, MOVING, question
 
 VEHICLES = ("ukwial", "bluerov2-heavy")
 """Four thrusters in the plane, eight in 6 DOF; all vehicles would take an hour."""
 COMPARED = (Family.CLOSED_FORM, Family.EXACT, Family.LIVE)
-"""Families whose methods are timed by default, but for slow solvers: the paper's question is between them."""
+"""Families whose methods are timed by default, but for slow ones: the paper's question is between them."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -67,8 +68,12 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     if "entry" in metafunc.fixturenames:
         plugged = [load_plugin(Path(file)) for file in option("plugin")]
         every = option("all")
-        slow_ones = slow()
-        compared = [e for e in catalogue() if every or (e.family in COMPARED and e.solver not in slow_ones)]
+        slow_ones = {*slow(), *NAMED_ONLY}
+        compared = [
+            e
+            for e in catalogue()
+            if every or (e.family in COMPARED and not slow_ones.intersection((e.name, e.solver)))
+        ]
         usual = [] if plugged else [e.name for e in compared]
         wanted = option("method") or usual
         entries = [e for e in catalogue() if not e.missing and e.name in wanted] + plugged

@@ -262,7 +262,7 @@ def test_scaled_comes_as_near_as_it_can_where_thrusters_must_push_and_the_demand
     """From thrusts a little inside their limits the way towards 1 N leads down to where all push least."""
     limits = {"f_min": [100.0, 100.0, -250.0, -250.0], "f_max": [250, 250, -50, -50]}
     pushing = replace(load_vehicle("ukwial"), **limits)
-    f, status, _, _, share, _ = build("scaled", pushing)([1.0, 0.0, 0.0])
+    f, status, _, _, share, *_ = build("scaled", pushing)([1.0, 0.0, 0.0])
     assert status is Status.PARTIAL
     np.testing.assert_allclose(f, [100, 100, -50, -50], atol=1e-9)
     assert 0 < share[0] < 1
