@@ -166,7 +166,7 @@ int tb_strong(struct tb_allocator *a, unsigned long mask, const struct tb_survey
 {
     struct sizes z;
     tb_real U[TB_K_MAX][TB_K_MAX], S[TB_N_MAX], longest = 0, largest = 0;
-    int weak[TB_K_MAX], lost[TB_K_MAX], count, status, whole = mask == 0, pushed = 0;
+    int weak[TB_K_MAX], lost[TB_K_MAX], count, status, whole = mask == 0, pushed = 0, gone = 0;
     if (s == NULL) {
         return tb_without(a, mask);
     }
@@ -221,18 +221,18 @@ int tb_strong(struct tb_allocator *a, unsigned long mask, const struct tb_survey
         return TB_BAD_ARGUMENT;
     }
     status = tb_without(a, mask);
-    a->gone = pushed ? 0 : a->gone;
-    for (int j = 0; j < a->k && pushed; j++) {
+    for (int j = 0; j < a->k && gone < TB_K_MAX && pushed; j++) {
         tb_real square = 0;
         for (int r = 0; r < a->k && lost[j]; r++) { /* of length 1 where axes count by the lengths of their rows */
             const tb_real c = U[j][r] / z.D[r];
-            a->lost[a->gone][r] = c;
+            a->lost[gone][r] = c;
             square += c * c / (a->unit[r] * a->unit[r]);
         }
         for (int r = 0; r < a->k && lost[j]; r++) {
-            a->lost[a->gone][r] /= tb_root(square) * a->scale;
+            a->lost[gone][r] /= tb_root(square) * a->scale;
         }
-        a->gone += lost[j];
+        gone += lost[j] != 0;
     }
+    a->gone = pushed ? gone : a->gone;
     return status;
 }

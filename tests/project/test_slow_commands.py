@@ -21,12 +21,14 @@ from click.testing import CliRunner
 
 import bench.__main__
 import gate_check
+from alloc import load_vehicle
 from alloc.c import missing
 from alloc.rivals.download import source
 from bench.inputs.starter import LANGUAGES, plugin
 from tests.analysers import needs_frama_c
 from tests.clusters import loopback_cluster
 from tests.compilers import needs
+from tests.dives import dive, write_dive
 from tests.emulators import available
 from tests.pages import saved
 from tests.places import ROOT, other_pytest
@@ -158,7 +160,7 @@ def test_a_command_that_another_place_runs_is_on_a_page_and_in_that_place(typed:
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with what a reader has: a vehicle's files, a dive's logs, two trees, and two commits."""
+    """A folder with what a reader has: two vehicles' files, a dive's logs, two trees, and two commits."""
     from tests.log_files import write_bag1
     from tests.output_logs import write_bin
 
@@ -171,6 +173,10 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         CliRunner().invoke(bench.__main__.cli, ["init", "my-rov", "--like", "bluerov2-heavy"])
+    rov = (folder / "my-rov.yaml").read_text(encoding="utf-8")
+    (folder / "mine.yaml").write_text(f"{rov}cap: {{amps: 25, reserve: 3}}\n", encoding="utf-8")
+    heavy = load_vehicle("bluerov2-heavy")
+    write_dive(folder / "motion.csv", heavy, dive(heavy, np.random.default_rng(4), np.ones(heavy.n)))
     for language in ("cpp", "exec"):
         for name, text in plugin("My allocator", language).items():
             (folder / name).write_text(text, encoding="utf-8")
