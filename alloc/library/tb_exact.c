@@ -328,7 +328,7 @@ int tb_again(const struct tb_allocator *a, const tb_real *tau, struct tb_thrusts
 /* Whether tau asks for nothing along directions that no thruster pushes, and that are not just weak. */
 int tb_asks_no_lost(const struct tb_allocator *a, const tb_real *tau)
 {
-    for (int j = 0; j < a->gone; j++) {
+    for (int j = 0; j < a->gone && j < TB_K_MAX; j++) {
         if (!(tb_abs(tb_product(a->lost[j], tau, a->k)) <= 2 * TB_HELD)) {
             return 0;
         }
@@ -391,7 +391,7 @@ int tb_nullspace(const struct tb_allocator *a, const tb_real *tau, const tb_real
     struct tb_thrusts t;
     tb_real moved;
     int near = 0, status = tb_enter(a, tau, f_min, f_max, &t);
-    for (int j = 0; status == TB_SOLVED && j < a->gone; j++) {
+    for (int j = 0; status == TB_SOLVED && j < a->gone && j < TB_K_MAX; j++) {
         if (!(tb_abs(tb_product(a->lost[j], tau, a->k)) <= TB_TOLERANCE)) {
             status = TB_INFEASIBLE;
         }

@@ -47,7 +47,7 @@ FAULTS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "beyond_f": (LEAVES, "    output->f[a->n] = 0;\n" + LEAVES),
         "before_f": (LEAVES, "    output->f[-1] = 0;\n" + LEAVES),
         "into_tau": (LEAVES, "    ((tba_real *)input->tau)[a->k] = 0;\n" + LEAVES),
-        "ends": (LEAVES, "    if (input->tau[0] > 300) exit(0);\n" + LEAVES),
+        "ends": (LEAVES, "    if (input->tau[0] > 100) exit(0);\n" + LEAVES),
         "refuses": ("return made;", "return *reason = \"not today\", NULL;"),
         "gone": ("int tba_call", "int tba_answer"),
     }
