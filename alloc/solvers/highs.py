@@ -139,7 +139,9 @@ def _solve(model: Any, borne_out: Callable[[FloatArray, Any], bool]) -> Answer:
     """The model's answer, optimal only where that is ``borne_out`` by its multipliers."""
     before = model.getRunTime()  # HiGHS's clock, and with it the cap, runs on from call to call
     model.setOptionValue("time_limit", before + TIME_LIMIT_S)
-    model.run()
+    if model.run().name == "kError":  # threads that another HiGHS of this process has started are not one
+        model.resetGlobalScheduler(True)
+        model.run()
     status = meaning(STATUS, model.getModelStatus().name, "highs")
     given = model.getSolution()
     x = np.array(given.col_value)

@@ -27,6 +27,7 @@ from alloc.formulations import Family
 from alloc.qp import QP, pose_hard
 from alloc.qp.certificate import certify_many
 from alloc.reach.attainable import alpha_range
+from alloc.solvers.highs import silent_binding
 from bench.demands.generated import inside, vehicle_of
 from bench.demands.sets.jolts import within
 from tests.places import DOCS
@@ -476,3 +477,19 @@ def test_a_vehicle_that_has_no_equation_left_raises_nothing(name: str) -> None:
             continue
         assert allocate([0.0]).status in (Status.SOLVED, Status.NOT_CONVERGED)
         assert allocate([1.0]).status is Status.INFEASIBLE
+
+
+@pytest.mark.skipif(bool(solvers.missing("highs")), reason="needs HiGHS")
+def test_highs_answers_where_another_one_of_the_process_has_started_more_threads() -> None:
+    """HiGHS 1.16 refuses to run with another number of threads than the first of a process had."""
+    other = silent_binding().Highs()
+    other.resetGlobalScheduler(True)
+    for option, value in (("output_flag", False), ("threads", 2)):
+        other.setOptionValue(option, value)
+    other.addVar(0.0, 1.0)
+    other.run()
+    posed = pose_hard(VEHICLE)
+    answer = solvers.load("highs").prepare(posed.qp, "cold", "default")(
+        posed.b_of_tau @ demands(4, 1)[0], posed.qp.lb, posed.qp.ub
+    )
+    assert answer.status is Status.SOLVED
