@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike
 from alloc.allocation import EXACT_TOLERANCE, Allocation, FloatArray, IndexArray, Status, StatusArray
 from alloc.formulations.frugal import FORMULATION as ANSWERED
 from alloc.nullspace.by_level import allocator
-from alloc.nullspace.current_cap import SPARE, reaches
+from alloc.nullspace.current_cap import SPARE, below_rest, reaches
 from alloc.reach.edge import start
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import at_call, one_by_one
@@ -62,8 +62,7 @@ class Frugal:
         if draw.amps(f).sum() <= most:
             return self._changed(found, rest, f, 1.0, draw)
         if not draw.amps(rest).sum() <= most:
-            nothing = np.full(self._vehicle.n, np.nan)
-            return Allocation(nothing, Status.INFEASIBLE, share=(0.0,), residual=np.zeros(self._vehicle.k))
+            return below_rest(self._vehicle)
         part, f = self._largest(draw, rest, f, low, high, most)
         return self._changed(found._replace(status=Status.PARTIAL), rest, f, part, draw)
 

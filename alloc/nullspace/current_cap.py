@@ -56,8 +56,7 @@ class CurrentCap:
         low, high = self._limits_of_call(f_min, f_max)
         rest = start(low, high)
         if not draw.amps(rest).sum() <= most:
-            nothing = np.full(self._vehicle.n, nan)
-            return Allocation(nothing, Status.INFEASIBLE, share=(0.0,), residual=np.zeros(self._vehicle.k))
+            return below_rest(self._vehicle)
         wrench, begin = checked(tau, self._vehicle.k), self._vehicle.TP.dot(rest)
 
         def answers(share: float) -> Allocation:
@@ -80,6 +79,12 @@ class CurrentCap:
         if cap is None:
             return self._uncapped.many(taus, f_min, f_max)
         return one_by_one(self, self._vehicle, taus, f_min, f_max, cap=cap, volts=volts)
+
+
+def below_rest(vehicle: Vehicle) -> Allocation:
+    """Answer to a cap that is below what thrusts at rest draw: INFEASIBLE, thrusts (n,) NaN."""
+    nothing = np.full(vehicle.n, nan)
+    return Allocation(nothing, Status.INFEASIBLE, share=(0.0,), residual=np.zeros(vehicle.k))
 
 
 def cap_share(
