@@ -38,6 +38,7 @@ class Entry:
     twin : for generated C, the method in Python whose answers it must give; empty for others
     starts, levels : what ``build`` takes as ``start=`` and ``level=``; ("-",) where there is no choice
     summary : one line on what the method does
+    named_only : whether a run leaves it out unless it is named
     missing : empty where the method can be built, else how to get what it needs
     prepare : function (vehicle, start=…, level=…) that returns the allocator: ``build`` of the module
     idle_call : function (vehicle) that returns a function which does nothing and is called as the allocator
@@ -53,6 +54,7 @@ class Entry:
     starts: tuple[str, ...] = ("-",)
     levels: tuple[str, ...] = ("-",)
     summary: str = ""
+    named_only: bool = False
     missing: str = ""
     prepare: Callable[..., Allocator]
     idle_call: Callable[[Vehicle], Callable[..., object]] | None = None
@@ -319,6 +321,7 @@ def _entry(name: str, module: ModuleType, variant: "Variant | None" = None) -> E
         starts=variant.starts if variant else tuple(getattr(module, "STARTS", ("-",))),
         levels=variant.levels if variant else tuple(getattr(module, "LEVELS", ("-",))),
         summary=variant.summary if variant else getattr(module, "SUMMARY", summary),
+        named_only=getattr(module, "NAMED_ONLY", False),
         missing=variant.missing if variant else "",
         prepare=partial(module.build, variant.key) if variant else module.build,
         idle_call=getattr(module, "idle_call", None),

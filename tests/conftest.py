@@ -28,9 +28,12 @@ BUSY = [HealthCheck.too_slow]
 settings.register_profile("thrustbench", deadline=None, derandomize=True, suppress_health_check=BUSY)
 settings.load_profile("thrustbench")
 
-# The first two colour what is compared as plain text. The others are set in a git hook, where git commands in
-# a test's own repository would change the user's.
-for name in ("FORCE_COLOR", "PY_COLORS", "GIT_DIR", "GIT_INDEX_FILE", "GIT_WORK_TREE"):
+# Colour what is compared as plain text; set in a git hook, where git commands in a test's own repository
+# would change the user's; and make's own, with which a make that a test runs warns of a jobserver.
+OF_COLOURS = ("FORCE_COLOR", "PY_COLORS")
+OF_GIT = ("GIT_DIR", "GIT_INDEX_FILE", "GIT_WORK_TREE")
+OF_MAKE = ("MAKEFLAGS", "MAKELEVEL")
+for name in (*OF_COLOURS, *OF_GIT, *OF_MAKE):
     os.environ.pop(name, None)
 
 # Kernels are compiled into the tree, since the default folder lies in a home, which tests may not have.

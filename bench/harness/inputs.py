@@ -10,7 +10,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from alloc import NotApplicable, Vehicle, catalogue, list_vehicles, load_vehicle
-from alloc.discovery import plugin_name
+from alloc.discovery import Entry, plugin_name
 from alloc.errors import DemandError, PluginError, UnknownName, unknown
 from alloc.formulations import EXACT_METHODS, find_formulation
 from bench.demands import DemandSet, build_demands
@@ -82,8 +82,8 @@ def read_contenders(settings: RunSettings) -> list[Contender]:
     """Read the plug-ins, then the methods of the catalogue.
 
     A name may be a pattern as a shell has it, ``qp/*``. A plug-in takes part whether it is named or not.
-    Whoever names methods gets them: ``settings.without`` leaves some out of all methods only. Raises
-    UnknownName for a name that no method has.
+    Whoever names methods gets them: ``settings.without``, and what a method's own file says, leave some
+    out of all methods only. Raises UnknownName for a name that no method has.
     """
     plugged = plugin_contenders(settings)
     wanted = settings.methods or (() if plugged else ("*",))
@@ -95,9 +95,14 @@ def read_contenders(settings: RunSettings) -> list[Contender]:
         Contender(method=method_line(entry), starts=entry.starts, levels=entry.levels, missing=entry.missing)
         for entry in catalogue()
         if any(fnmatchcase(entry.name, name) for name in wanted)
-        and (settings.methods or not {entry.name, entry.family, entry.solver}.intersection(settings.without))
+        and (settings.methods or is_usual(entry, settings.without))
     ]
     return [*plugged, *chosen]
+
+
+def is_usual(entry: Entry, without: tuple[str, ...]) -> bool:
+    """True for a method that takes part where none is named."""
+    return not entry.named_only and {entry.name, entry.family, entry.solver}.isdisjoint(without)
 
 
 def doubt_contenders(contenders: list[Contender], settings: RunSettings) -> list[str]:

@@ -217,9 +217,6 @@ ONCE = ("uniform", Family.SOFT, Family.ONE_SHOT)
 """Measured in the first repeat only, which leaves time for the fast methods: the demand set that
 shares are counted on, and slow methods, whose times differ by far more than the 0.5-1 % between processes."""
 
-NAMED_ONLY = ("frugal",)
-"""Methods that are asked by name only, with a linear program of milliseconds in each call."""
-
 GROWTH_METHODS = (
     "pinv",
     "pinv@native",
@@ -240,9 +237,7 @@ GROWTH_METHODS = (
 
 def default() -> RunSettings:
     """Every vehicle and method, with ``matching_choices`` of each: under 3 minutes on 2 cores."""
-    return RunSettings(
-        vehicles=list_vehicles(), demands=(*DEFAULT_DEMANDS, "uniform"), without=NAMED_ONLY, once=ONCE
-    )
+    return RunSettings(vehicles=list_vehicles(), demands=(*DEFAULT_DEMANDS, "uniform"), once=ONCE)
 
 
 def quick() -> RunSettings:
@@ -250,7 +245,7 @@ def quick() -> RunSettings:
     return RunSettings(
         vehicles=("ukwial", "bluerov2-heavy"),
         demands=DEFAULT_DEMANDS,
-        without=(Family.SOFT, Family.ONE_SHOT, *slow(), *NAMED_ONLY),
+        without=(Family.SOFT, Family.ONE_SHOT, *slow()),
         levels=("tight",),
         repeats=1,
         n_demands=50,

@@ -12,7 +12,6 @@ from alloc.discovery import Entry, find, load_plugin, prepare
 from alloc.errors import NotInstalled
 from alloc.formulations import Family
 from alloc.solvers import slow
-from bench.harness.plan import NAMED_ONLY
 from bench.judging.question import Question
 from bench.suite.answers import LABELS, MOVING, question
 
@@ -68,11 +67,10 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     if "entry" in metafunc.fixturenames:
         plugged = [load_plugin(Path(file)) for file in option("plugin")]
         every = option("all")
-        slow_ones = {*slow(), *NAMED_ONLY}
         compared = [
             e
             for e in catalogue()
-            if every or (e.family in COMPARED and not slow_ones.intersection((e.name, e.solver)))
+            if every or (e.family in COMPARED and not e.named_only and e.solver not in slow())
         ]
         usual = [] if plugged else [e.name for e in compared]
         wanted = option("method") or usual
