@@ -12,13 +12,14 @@ from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.vehicle.autopilot import Autopilot
 from alloc.vehicle.checks import ARRAYS
+from alloc.vehicle.current import Cap, Current, CurrentTable, PowerLaw
 from alloc.vehicle.esc import Esc
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.limits import Slew, VoltageTable
 from alloc.vehicle.weak import Survey
 from bench.demands import DemandSet
 
-ESC = tuple(field.name for field in fields(Esc) if field.name != "current")  # no timed call has a cap
+ESC = tuple(field.name for field in fields(Esc) if field.name != "current")
 MIXER = ("frame", "motors", "directions", "thrust", "coupling")
 LEVELS = ("priority", "groups")
 HARD = ("hard_labels", "hard_alpha")
@@ -26,8 +27,8 @@ KNOWN = ("units", "poses", "inertia")
 """Arrays of a vehicle that may be missing."""
 
 
-def arrays_of(vehicle: Vehicle) -> dict[str, NDArray[Any]]:
-    """The arrays that a vehicle is made of."""
+def arrays_of(vehicle: Vehicle, *, currents: bool = True) -> dict[str, NDArray[Any]]:
+    """The arrays that a vehicle is made of, without its currents and its cap where nobody needs them."""
     names = np.array([vehicle.name, vehicle.source, vehicle.whole, vehicle.frame])
     arrays = {"vehicle": names, "dof": np.array(vehicle.dof), "thrusters": np.array(vehicle.names, dtype=str)}
     arrays |= {k: getattr(vehicle, k) for k in ARRAYS}
@@ -47,8 +48,13 @@ def arrays_of(vehicle: Vehicle) -> dict[str, NDArray[Any]]:
         arrays["autopilot gains"] = np.array([mixer.gains.get(axis, np.nan) for axis in DOF])
     for i, esc in enumerate(kinds := tuple(dict.fromkeys(vehicle.esc))):
         arrays |= {f"esc {i} {key}": np.array(getattr(esc, key)) for key in ESC}
+        parts = _current_arrays(esc.current) if currents else {}
+        arrays |= {f"esc {i} {key}": part for key, part in parts.items()}
     if kinds:
         arrays["esc"] = np.array([kinds.index(esc) for esc in vehicle.esc])
+    if currents and (cap := vehicle.cap) is not None:
+        volts = np.nan if cap.volts is None else cap.volts
+        arrays["cap"] = np.array([cap.most, cap.reserve, cap.of_power, volts], dtype=np.float64)
     return arrays
 
 
@@ -68,6 +74,9 @@ def vehicle_of(arrays: Mapping[str, NDArray[Any]]) -> Vehicle:
     if "esc" in arrays:
         kinds = [_esc(arrays, i) for i in range(int(arrays["esc"].max()) + 1)]
         numbers["esc"] = tuple(kinds[i] for i in arrays["esc"])
+    if "cap" in arrays:
+        most, reserve, of_power, at = arrays["cap"].tolist()
+        numbers["cap"] = Cap(most, reserve, bool(of_power), None if np.isnan(at) else at)
     if "autopilot frame" in arrays:
         numbers["autopilot"] = _mixer(arrays)
     for key, words in (("dof", "dof"), ("names", "thrusters")):
@@ -81,7 +90,28 @@ def vehicle_of(arrays: Mapping[str, NDArray[Any]]) -> Vehicle:
 def _esc(arrays: Mapping[str, NDArray[Any]], i: int) -> Esc:
     parts = ((key, arrays[f"esc {i} {key}"]) for key in ESC)
     values: dict[str, Any] = {key: part if part.ndim else part.item() for key, part in parts}
-    return Esc(**values)
+    return Esc(current=_current(arrays, f"esc {i}"), **values)
+
+
+def _current_arrays(current: Current | None) -> dict[str, NDArray[Any]]:
+    """The arrays that a current is made of; none without one."""
+    match current:
+        case None:
+            return {}
+        case PowerLaw():
+            return {"law": np.array(current)}
+        case CurrentTable():
+            points = {f"amps {j}": points for j, points in enumerate(current.measured)}
+            return {"amps volts": current.volts, **points}
+
+
+def _current(arrays: Mapping[str, NDArray[Any]], esc: str) -> Current | None:
+    if f"{esc} law" in arrays:
+        return PowerLaw(*arrays[f"{esc} law"].tolist())
+    if f"{esc} amps volts" in arrays:
+        volts = arrays[f"{esc} amps volts"]
+        return CurrentTable(volts, tuple(arrays[f"{esc} amps {j}"] for j in range(len(volts))))
+    return None
 
 
 def _mixer(arrays: Mapping[str, NDArray[Any]]) -> Autopilot:

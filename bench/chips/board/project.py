@@ -236,7 +236,8 @@ def _table(name: str, calls: FloatArray, scalar: Scalar) -> str:
 def _facts(project: Project) -> list[str]:
     """Facts that a log must hold besides measurements, so that its reader needs nothing else."""
     first = project.kernels[0]
-    arrays = {key: value.tolist() for key, value in arrays_of(project.vehicle).items()}
+    known = arrays_of(project.vehicle, currents=False)  # no C takes a cap
+    arrays = {key: value.tolist() for key, value in known.items()}
     packed = base64.b64encode(zlib.compress(json.dumps(arrays).encode(), 9)).decode()
     return [
         f"commit {machine.commit() or '-'}",

@@ -8,6 +8,7 @@ import pytest
 
 from alloc import Label, NotApplicable, Vehicle, alpha_max, list_vehicles, load_vehicle
 from alloc.errors import UnknownName
+from alloc.vehicle.current import Cap, PowerLaw
 from alloc.vehicle.limits import Slew
 from bench.demands import build_demands, list_demands
 from bench.demands.store import Case, load_case, save_case
@@ -142,6 +143,19 @@ def test_a_stored_vehicle_sends_the_same_commands(tmp_path: Path) -> None:
     stored = load_case(tmp_path / "case.npz").vehicle
     f = np.linspace(-39, 51, vehicle.n)
     assert np.array_equal(stored.commands(f, 14.2).u, vehicle.commands(f, 14.2).u)
+
+
+@pytest.mark.parametrize("law", [True, False])
+def test_a_stored_vehicle_draws_the_same_currents_and_keeps_its_cap(tmp_path: Path, *, law: bool) -> None:
+    vehicle = replace(load_vehicle("bluerov2-heavy"), cap=Cap(300.0, 30.0, True, 15.0))
+    if law:
+        escs = [replace(esc, current=PowerLaw(0.07, 0.1 + i / 100, 1.5)) for i, esc in enumerate(vehicle.esc)]
+        vehicle = replace(vehicle, esc=tuple(escs))
+    save_case(tmp_path / "case.npz", Case(vehicle, np.zeros((1, vehicle.k))))
+    stored = load_case(tmp_path / "case.npz").vehicle
+    f = np.linspace(vehicle.f_min, vehicle.f_max, 30)
+    assert np.array_equal(stored.draw(14.2).amps(f), vehicle.draw(14.2).amps(f))
+    assert stored.cap == vehicle.cap
 
 
 def test_a_log_that_is_cut_still_says_how_many_of_its_demands_cannot_be_met(tmp_path: Path) -> None:
