@@ -1,14 +1,16 @@
-"""Cost of each failure of one thruster or two, directions that are weak, and the remarks on them."""
+"""Cost of each failure of one thruster or two, directions weak or counted in part, and remarks on them."""
 
 from collections.abc import Iterator, Sequence
-from itertools import combinations
+from itertools import chain, combinations
 from math import comb
+from typing import NamedTuple
 
 import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.errors import NotApplicable, VehicleError
-from alloc.lint.report import Failure, Level, Pairs, Remark, percent, warning
+from alloc.formulations import mixed
+from alloc.lint.report import Failure, Level, Pairs, Remark, percent, together, warning
 from alloc.nullspace.allocator import exact
 from alloc.reach.attainable import FACETS, alpha_range
 from alloc.vehicle import Vehicle
@@ -43,7 +45,8 @@ def failures(vehicle: Vehicle) -> list[Failure]:
             if 0 < before < np.inf
         }
         weak = _weak_left(degraded, vehicle)
-        found.append(Failure(i, name, False, lost, condition(degraded.strong), left, weak))
+        part = in_part(degraded, vehicle)
+        found.append(Failure(i, name, False, lost, condition(degraded.strong), left, weak, part))
     return found
 
 
@@ -57,21 +60,22 @@ RIGHTED = ("heave", "roll", "pitch")
 
 def pairs(vehicle: Vehicle) -> list[Pairs]:
     """Pairs of thrusters whose loss takes more than that of one; those that sink or roll first."""
-    alike: dict[tuple[tuple[tuple[str, ...], ...], bool], list[tuple[str, str]]] = {}
-    shares: dict[tuple[tuple[tuple[str, ...], ...], bool], float] = {}
+    found: dict[tuple[object, ...], Pairs] = {}
     on = vehicle.working.tolist()
-    alone = {i: _lost(vehicle.with_fault(i), vehicle) for i in on} if len(on) >= 2 + FEWEST_LEFT else {}
-    for i, j in combinations(alone, 2):
-        degraded = vehicle.with_fault(i).with_fault(j)
-        lost = _lost(degraded, vehicle)
-        if lost in ((), alone[i], alone[j]):
+    states = {i: vehicle.with_fault(i) for i in on} if len(on) >= 2 + FEWEST_LEFT else {}
+    alone = {i: (_lost(state, vehicle), in_part(state, vehicle).keys()) for i, state in states.items()}
+    for i, j in combinations(states, 2):
+        degraded = states[i].with_fault(j)
+        lost, part = _lost(degraded, vehicle), in_part(degraded, vehicle)
+        if (lost, part.keys()) in (((), {}.keys()), alone[i], alone[j]):
             continue
-        left = _weak_left(degraded, vehicle)
-        key = lost, left > 0.0
-        alike.setdefault(key, []).append((vehicle.called(i), vehicle.called(j)))
-        shares[key] = max(shares.get(key, 0.0), left)
-    found = [Pairs(tuple(names), key[0], shares[key]) for key, names in alike.items()]
-    return sorted(found, key=lambda pair: -sum(axis in RIGHTED for axes in pair.lost for axis in axes))
+        weak = _weak_left(degraded, vehicle)
+        key = lost, weak > 0.0, *part
+        one = found.get(key, Pairs((), lost, weak, part))
+        names = (*one.names, (vehicle.called(i), vehicle.called(j)))
+        least = {axes: min(counts, part[axes]) for axes, counts in one.in_part.items()}
+        found[key] = Pairs(names, lost, max(weak, one.weak), least)
+    return sorted(found.values(), key=lambda pair: -sum(axis in RIGHTED for axis in chain(*pair.lost)))
 
 
 def _lost(degraded: Vehicle, before: Vehicle) -> tuple[tuple[str, ...], ...]:
@@ -90,32 +94,72 @@ def _weak_left(degraded: Vehicle, before: Vehicle) -> float:
     return float(degraded.weak_left[new].max(initial=0.0))
 
 
+def in_part(degraded: Vehicle, before: Vehicle) -> dict[str, float]:
+    """Share to which each direction counts that a failure makes count in part, by its axes [-]."""
+    scale = degraded.directions.scale
+    known = before.directions.rows[before.counts < 1.0] * scale  # orthonormal
+    found = {}
+    for each in weak_axes(degraded):
+        along = each.row * scale
+        if each.counts and np.linalg.norm(along - along @ known.T @ known) > NEW:
+            found[together(each.axes)] = each.counts
+    return found
+
+
 def _axes(vehicle: Vehicle, direction: FloatArray) -> tuple[str, ...]:
     return tuple(axis for axis, c in zip(vehicle.dof, direction, strict=True) if abs(c) >= INVOLVED)
 
 
-def weak_axes(vehicle: Vehicle) -> Iterator[tuple[FloatArray, tuple[str, ...], float]]:
-    """Row c (k,), axes and share sigma / sigma_max of each direction that is weak and not lost."""
-    for c, left in zip(vehicle.weak, vehicle.weak_left.tolist(), strict=True):
-        sizes = c * vehicle.directions.scale
-        if left > 0.0:
-            yield c, _axes(vehicle, sizes / np.abs(sizes).max()), left
+class WeakAxis(NamedTuple):
+    """A direction that is pushed, and weak or counted in part.
+
+    Attributes
+    ----------
+    row : (k,) c, so that c'tau is the part of a wrench along it
+    axes : those that it couples
+    authority : sigma / sigma_max [-]
+    counts : share to which methods with a share count it, 0 where it is weak [-]
+    """
+
+    row: FloatArray
+    axes: tuple[str, ...]
+    authority: float
+    counts: float
+
+    @property
+    def words(self) -> str:
+        """``pitch (0.5 % left)``, ``pitch (1.3 % left, counts by 40 %)``."""
+        part = f", counts by {percent(self.counts)} %" if self.counts else ""
+        return f"{' and '.join(self.axes)} ({percent(self.authority)} % left{part})"
+
+
+def weak_axes(vehicle: Vehicle) -> list[WeakAxis]:
+    """Directions that are pushed, and weak or counted in part, from the one with the most authority on."""
+    of, found = vehicle.directions, []
+    for i in np.flatnonzero(vehicle.counts[: vehicle.rank] < 1.0).tolist():
+        sizes = of.rows[i] * of.scale
+        axes = _axes(vehicle, sizes / np.abs(sizes).max())
+        authority, counts = float(of.sigma[i] / of.sigma[0]), float(vehicle.counts[i])
+        found.append(WeakAxis(of.rows[i], axes, authority, counts))
+    return found
 
 
 def on_weak(vehicle: Vehicle) -> Iterator[Remark]:
-    """A remark on each direction of the whole vehicle that is weak and not lost: its share, who does what."""
-    found = vehicle.directions
-    best = vehicle.dof[int(np.argmax(np.abs(found.rows[0] * found.scale)))]
-    for _, axes, left in weak_axes(vehicle):
-        than = (
-            f"a survey of {vehicle.survey.words} can make"
-            if vehicle.weak_limit is None
-            else f"'weak: {vehicle.weak_limit:g}' asks for"
-        )
+    """A remark on each direction of the whole vehicle that is weak or counts in part: who does what."""
+    of = vehicle.directions
+    best = vehicle.dof[int(np.argmax(np.abs(of.rows[0] * of.scale)))]
+    for each in weak_axes(vehicle):
+        if vehicle.weak_limit is not None:
+            than = f"'weak: {vehicle.weak_limit:g}' asks for"
+        else:
+            than = f"a survey of {vehicle.survey.words} can make"
+        less, do = f"less than {than}", "leave it out"
+        if each.counts:
+            less, do = f"{1.0 + each.counts:.2g} times what {than}", f"count it by {percent(each.counts)} %"
         yield warning(
             "weak",
-            f"{' and '.join(axes)}: {percent(left)} % of {best}, less than {than}; scaled and priority leave"
-            " it out; nullspace and the QPs hold it at zero with all the thrust that takes, or refuse, and"
+            f"{' and '.join(each.axes)}: {percent(each.authority)} % of {best}, {less}; scaled and priority"
+            f" {do}; nullspace and the QPs hold it at zero with all the thrust that takes, or refuse, and"
             " clip misses the rest: leave it out of 'dof', or survey finer",
         )
 
@@ -145,13 +189,17 @@ def _unpushed(vehicle: Vehicle) -> FloatArray:
 
 
 def _ranges(vehicle: Vehicle, axes: FloatArray) -> FloatArray:
-    strong = vehicle.strong
-    if strong is not vehicle:  # of an axis what is left of it without weak directions
-        U = np.linalg.svd(strong.TP / strong.row_lengths[:, None])[0][:, : strong.rank]
-        left = axes / strong.row_lengths @ U @ U.T * strong.row_lengths
-        axes = np.where(np.diag(left)[:, None] >= KEPT, left, axes)
-    low, high = alpha_range(strong, axes)
-    return np.maximum(high - low, 0.0)
+    """Range (k,) of each axis, mixed as answers are where a direction counts in part."""
+    ranges = []
+    for _, strong in vehicle.mixture:
+        asked = axes
+        if strong is not vehicle:  # of an axis what is left of it without weak directions
+            U = np.linalg.svd(strong.TP / strong.row_lengths[:, None])[0][:, : strong.rank]
+            left = axes / strong.row_lengths @ U @ U.T * strong.row_lengths
+            asked = np.where(np.diag(left)[:, None] >= KEPT, left, axes)
+        low, high = alpha_range(strong, asked)
+        ranges.append(np.maximum(high - low, 0.0))
+    return mixed(ranges, [w for w, _ in vehicle.mixture])
 
 
 KEPT = 0.5
@@ -167,7 +215,7 @@ def on_failures(found: Sequence[Failure], whole: float) -> Iterator[Remark]:
     """
     alike: dict[tuple[Level, str], list[Failure]] = {}
     for failure in found:
-        if failure.last or failure.lost:
+        if failure.last or failure.lost or failure.in_part:
             costs: tuple[Level, str] = ("warning", failure.words)
         elif failure.condition is not None and failure.condition > WORSE * whole:
             costs = "warning", f"a direction is all but lost (condition {failure.condition:.0f})"

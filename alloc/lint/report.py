@@ -89,6 +89,7 @@ class Failure(NamedTuple):
     condition : of T P over the rank that is left; see ``condition``
     left : of each axis, the share of its range that is left where only this axis is pushed
     weak : the largest sigma / sigma_max of the directions that are weak, not lost to the last digit [-]
+    in_part : of each direction that the failure makes count in part, by its axes, the share to which it does
     """
 
     thruster: int
@@ -98,6 +99,7 @@ class Failure(NamedTuple):
     condition: float | None = None
     left: Mapping[str, float] = MappingProxyType({})
     weak: float = 0.0
+    in_part: Mapping[str, float] = MappingProxyType({})
 
     @property
     def words(self) -> str:
@@ -111,16 +113,23 @@ class Failure(NamedTuple):
             said += [
                 f"no {axis} alone" for axis, share in self.left.items() if not share and axis not in named
             ]
-            return ", ".join(said) + _though(self.weak)
+            return ", ".join([*said, *_counting(self.in_part)]) + _though(self.weak)
         axes = [f"{axis} {100 * share:.0f} %" for axis, share in self.left.items() if share < LITTLE]
-        return f"{', '.join(axes)} of the range left" if axes else "every axis keeps its full range"
+        kept = f"{', '.join(axes)} of the range left" if axes else "every axis keeps its full range"
+        return ", ".join([*_counting(self.in_part), kept])
+
+
+def together(axes: Sequence[str]) -> str:
+    """``pitch``, ``heave, roll and pitch together``."""
+    return axes[0] if len(axes) == 1 else f"{', '.join(axes[:-1])} and {axes[-1]} together"
 
 
 def _none_of(lost: Sequence[Sequence[str]]) -> list[str]:
-    return [
-        f"no {axes[0]}" if len(axes) == 1 else f"no {', '.join(axes[:-1])} and {axes[-1]} together"
-        for axes in lost
-    ]
+    return [f"no {together(axes)}" for axes in lost]
+
+
+def _counting(in_part: Mapping[str, float]) -> list[str]:
+    return [f"{axes} counted by {percent(counts)} %" for axes, counts in in_part.items()]
 
 
 def percent(share: float) -> str:
@@ -139,18 +148,20 @@ class Pairs(NamedTuple):
     ----------
     names : what the two of each pair are called
     lost : the directions that nothing pushes any more, or weakly, each by the axes that it couples
-    weak : as of ``Failure``
+    weak, in_part : as of ``Failure``, the least share of these pairs
     """
 
     names: tuple[tuple[str, str], ...]
     lost: tuple[tuple[str, ...], ...]
     weak: float = 0.0
+    in_part: Mapping[str, float] = MappingProxyType({})
 
     @property
     def words(self) -> str:
         """``4 + 5, 6 + 7: no heave and pitch together``."""
         named = ", ".join(" + ".join(name.removeprefix("thruster ") for name in pair) for pair in self.names)
-        return f"{named}: {', '.join(_none_of(self.lost))}{_though(self.weak)}"
+        costs = [*_none_of(self.lost), *_counting(self.in_part)]
+        return f"{named}: {', '.join(costs)}{_though(self.weak)}"
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,6 @@ import numpy as np
 from alloc import Vehicle, alpha_max
 from alloc.allocation import FloatArray
 from alloc.lint.failures import weak_axes
-from alloc.lint.report import percent
 from alloc.reach.attainable import single_axis_maxima
 from alloc.reach.way import step_maps
 
@@ -70,11 +69,12 @@ def axis_maxima(vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
 
 
 class WeakDirection(NamedTuple):
-    """A direction of wrench that is pushed, and weak.
+    """A direction of wrench that is pushed, and weak or counted in part.
 
     Attributes
     ----------
-    words : ``pitch (0.5 % left)``: its axes, and its authority over that of the strongest direction
+    words : ``pitch (0.5 % left)``: its axes, its authority over that of the strongest direction, and the
+        share to which it counts, if any
     bound : most that thrusts within limits make along it, moments over the rms arm [N]
     """
 
@@ -83,11 +83,11 @@ class WeakDirection(NamedTuple):
 
 
 def weak_directions(vehicle: Vehicle) -> list[WeakDirection]:
-    """Directions that are weak, and not lost."""
+    """Directions that are weak or count in part, and are not lost."""
     found = []
-    for c, axes, left in weak_axes(vehicle):
-        pushes = c @ vehicle.TP
+    for each in weak_axes(vehicle):
+        pushes = each.row @ vehicle.TP
         ends = np.array([pushes * vehicle.f_min, pushes * vehicle.f_max])
         bound = max(ends.max(axis=0).sum(), -ends.min(axis=0).sum())
-        found.append(WeakDirection(f"{' and '.join(axes)} ({percent(left)} % left)", float(bound)))
+        found.append(WeakDirection(each.words, float(bound)))
     return found

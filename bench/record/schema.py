@@ -107,7 +107,8 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
         of H, readiness; empty in older records
     sums : of a user's demands and their limits, by which another log of the name is known: each column's
         positive and negative entries times their place, from 1/N to 1 [N, N m]
-    weak : directions that are weak, not lost, in words; ``labels`` are of the rest. Empty in older records
+    weak : directions that are weak or count in part, not lost, in words; ``labels`` are without weak ones,
+        and with what counts in part. Empty in older records
     weak_bound_N : the most that thrusts within limits make along each, moments over the rms arm [N]
     labels_hard, alpha_hard : of eq. 4-5, which holds weak directions at the demand: the number of demands by
         label, and the median of alpha* [-]; empty and None where none is weak

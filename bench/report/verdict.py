@@ -186,7 +186,7 @@ def _small(share: float) -> str:
 
 
 def weak_words(run: Run, vehicle: str) -> str:
-    """Weak directions of a vehicle: ``pitch (0.5 % left)``; empty where there are none."""
+    """Directions of a vehicle that are weak or count in part: ``pitch (0.5 % left)``; empty without any."""
     problem = run.problems.get(vehicle)
     return " and ".join(problem.weak) if problem else ""
 

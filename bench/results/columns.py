@@ -357,7 +357,7 @@ class Row:
 
     @cached_property
     def weak(self) -> str:
-        """Weak axes of the vehicle with the share left; the demands' labels and losses are of the rest."""
+        """Axes that are weak, with the share left, or count in part; labels are without weak ones."""
         return "; ".join(self.measured.problem.weak) if self.measured.problem else ""
 
     @cached_property

@@ -265,7 +265,7 @@ def candidates(run: Run, drawn: frozenset[str]) -> str:
             lines = [*(_candidate(run, row) for row in rows), *map(_not_measured, gone)]
             if lines:
                 words = weak_words(run, vehicle)
-                weak = [f"weak: {plain(words)}; labels and losses are of the rest.\n"] if words else []
+                weak = [f"weak: {plain(words)}; labels and losses are of all that counts.\n"] if words else []
                 parts += [f"### {plain(vehicle)}, {plain(demands)} demands\n", *weak, table(HEADERS, lines)]
                 parts += omission_note(len(measured) - len(rows))
         if capability := run.capability(vehicle):

@@ -9,9 +9,10 @@ WEAK = """## What is weak, and who loses by it
 
 Along a *weak* direction thrusters make no more than twice what the survey's errors make of nothing.
 `scaled`, `scaled-by-group` and `priority` leave it out; labels, losses and *served* are of the rest, for all
-methods. `nullspace` and the QPs hold it at the demand: they refuse, or thrusters push against each other.
-`pinv`, `clip` and the other rules ask T* τ, mostly beyond limits. The table asks half of what an axis can do,
-and nothing of the others: what is made of it, and the largest thrust.
+methods. Up to four times that it *counts by* a share: their answers lie by that share between leaving it
+out and holding it; labels hold it. `nullspace` and the QPs hold a weak one too: they refuse, or thrusters
+push against each other. `pinv`, `clip` and the other rules ask T* τ, mostly beyond limits. The table asks
+half of what an axis can do, and nothing of the others: what is made of it, and the largest thrust.
 """
 
 

@@ -194,8 +194,10 @@ def test_a_failure_that_all_but_loses_a_direction_is_named(file: Path) -> None:
     weak = GOOD.replace("[0, 0, 1, 1]", "[0.01, -0.01, 0, 1]").replace("1, -1]", "0, 0]")
     warnings = messages(checked(file, weak), "warning")
     assert any("without thruster 2" in line or "without thruster 3" in line for line in warnings)
-    near = GOOD.replace("[1, 1, 0, 0]", "[1, 0.02, 0, 0]")
+    near = GOOD.replace("[1, 1, 0, 0]", "[1, 0.04, 0, 0]")
     assert any("a direction is all but lost" in line for line in messages(checked(file, near), "warning"))
+    nearer = GOOD.replace("[1, 1, 0, 0]", "[1, 0.02, 0, 0]")  # what a survey of 1 % all but makes of nothing
+    assert any("surge counted by 31 %" in line for line in messages(checked(file, nearer), "warning"))
 
 
 def test_a_vehicle_of_one_thruster_is_usable_and_warned_of_its_failure(file: Path) -> None:

@@ -4,6 +4,7 @@ The answers that are judged are real, times are made up: methods that lose more 
 """
 
 import re
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from bench.harness.lines import problem
 from bench.judging.capability import measure_capabilities
 from bench.judging.judge import judge
 from bench.judging.question import ask_here, questions
-from bench.record import Cell, Key, Line
+from bench.record import Cell, Key, Line, Problem
 from bench.report.page import page
 from bench.results.rows import Run
 from tests import made_up
@@ -82,7 +83,28 @@ def test_the_page_says_what_is_weak_and_what_each_method_makes_along_each_axis(s
     assert "### bluerov2-surveyed, weak: pitch (0.5 % left)" in text
     table = [line for line in text.splitlines() if line.startswith(("| surge ", "| heave ", "| yaw "))]
     assert len(table) == 3
-    assert "weak: pitch (0.5 % left); labels and losses are of the rest." in text
+    assert "weak: pitch (0.5 % left); labels and losses are of all that counts." in text
+
+
+def test_what_counts_in_part_is_said_in_the_same_words_with_how_much(tmp_path: Path) -> None:
+    vehicle = load_vehicle(Path("docs/vehicles/bluerov2-surveyed.yaml"))
+    found = vehicle.directions
+    half = float(found.sigma[-1] / found.sigma[0]) / 1.5
+    own = problem(*questions([build_demands("axes", replace(vehicle, weak_limit=half), 0, 50)], ask_here))
+    told = {"weak": own.weak, "weak_bound_N": own.weak_bound_N}
+    text = page(
+        made_up.run(
+            tmp_path,
+            *(
+                msgspec.structs.replace(each, **told) if isinstance(each, Problem) else each
+                for each in lines("docs/vehicles/bluerov2-surveyed.yaml")
+            ),
+        ),
+        frozenset(),
+    )
+    words = "weak: pitch (0.5 % left, counts by 50 %)"
+    assert f"- bluerov2-surveyed: {words}" in text
+    assert f"### bluerov2-surveyed, {words}" in text
 
 
 def test_rows_state_the_weak_axis_its_bound_and_alpha_of_the_hard_problem(surveyed: Run) -> None:
