@@ -9,7 +9,7 @@ from bench.commands import PATH, echo, unread_output
 
 @click.command()
 @click.argument("vehicle", required=False)
-@click.option("--format", "format_", metavar="F", help="csv or ros.")
+@click.option("--format", "format_", metavar="F", help="csv, ros, px4 or ardusub-matrix.")
 @click.option("-o", "--output", type=PATH, help="File [standard output].")
 @click.option("--problems", is_flag=True, help="Problems of all shipped vehicles, with proven answers.")
 @click.option("--out", type=PATH, metavar="DIR", help="Folder of the problems; made if missing.")
@@ -23,10 +23,13 @@ def command(
     out: Path | None,
     n: int | None,
 ) -> None:
-    """Write a vehicle as a CSV of T or as ROS 2 parameters, or problems.
+    """Write a vehicle for other programs and autopilots, or problems.
 
-    `export VEHICLE --format F` writes a vehicle, `export --problems --out DIR` the problems of all vehicles
-    and demand sets as JSON lines, as Parquet and as a test set of qpbenchmark (docs/problems.md).
+    `export VEHICLE --format F` writes a vehicle: csv is T, ros parameters of ROS 2, px4 parameters of its
+    geometry, ardusub-matrix factors for a firmware of your own (docs/autopilot.md).
+
+    `export --problems --out DIR` writes the problems of all vehicles and demand sets as JSON lines, as
+    Parquet and as a test set of qpbenchmark (docs/problems.md).
     """
     if problems:
         if vehicle or format_ or output or out is None:

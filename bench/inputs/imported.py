@@ -20,7 +20,7 @@ from alloc.vehicle.keys import VehicleFile
 from alloc.vehicle.names import unmistakable
 from alloc.vehicle.weak import DRAWN, WEAK, axis_scale, doubts
 from bench.inputs.draft import Draft, mismatch
-from bench.inputs.formats import find_format, formats, tam
+from bench.inputs.formats import find_format, readable, tam
 from bench.inputs.frames import of_comments
 
 PLANAR = ("surge", "sway", "yaw")
@@ -67,9 +67,10 @@ def import_vehicle(path: Path, format_name: str = "", options: ImportOptions | N
     Raises FileError, VehicleError (what is missing and which option gives it) or UnknownName.
     """
     options, text = options or ImportOptions(), read_text(path)
-    if format_name and format_name not in formats():
-        raise unknown("format", format_name, formats())
-    module = formats()[format_name] if format_name else find_format(path, text)
+    known = readable()
+    if format_name and format_name not in known:
+        raise unknown("format", format_name, known)
+    module = known[format_name] if format_name else find_format(path, text)
     manager = tam.read_options(options.limits) if options.limits else tam.ManagerOptions()
     for option, value in (("--thruster", options.thruster), ("--limits", options.limits)):
         if value and not getattr(module, "PATTERN", False):

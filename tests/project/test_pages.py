@@ -14,7 +14,7 @@ GENERATED = {"index.md", "contributing.md", "changelog.md"}
 
 
 ALLOTTED = {
-    "autopilot.md": 700,
+    "autopilot.md": 950,
     "azimuth.md": 600,
     "failures.md": 500,
     "fuse.md": 500,

@@ -3,6 +3,7 @@
 Per rotor i: position PX, PY, PZ [m], axis AX, AY, AZ, thrust coefficient CT, moment ratio KM [m].
 A thrust f gives the force axis f and the moment (position x axis - KM axis) f. Defaults are those of
 PX4: axis (0, 0, -1), KM 0.05, x forward, y starboard, z down (docs.px4.io, parameter reference, Geometry).
+Written is a ``.params`` file as QGroundControl loads it.
 """
 
 import re
@@ -11,10 +12,13 @@ from pathlib import Path
 
 import numpy as np
 
+from alloc import Vehicle
 from alloc.errors import VehicleError
 from alloc.files.textfile import read_text
 from alloc.vehicle import LARGEST
+from alloc.vehicle.file import poses, reaction_torques
 from alloc.vehicle.geometry import DOF
+from alloc.vehicle.keys import VehicleFile
 from bench.inputs.draft import Draft, mismatch
 
 _PARAMETER = re.compile(r"\b(CA_ROTOR(?:_COUNT|\d{1,2}_[A-Z]+)|CA_R_REV)[\s,=:\"]+([^\s,\"#]+)")
@@ -22,6 +26,16 @@ _MOST = 32
 AXES = {"PX": 0.0, "PY": 0.0, "PZ": 0.0, "AX": 0.0, "AY": 0.0, "AZ": -1.0, "KM": 0.05}
 UNUSED = AXES | {"CT": 6.5}
 """Values of unused rotors in a file of all parameters, as floats of 32 bits."""
+HELD = frozenset({"frame", "T", "planar", "thrusters", "center_of_mass", "reaction_torque", "f_min", "f_max"})
+"""Keys of a vehicle file that the parameters hold, or are made of; PX4 always has all six axes."""
+ROTORS, LARGEST_CT = 12, 100.0
+"""Most rotors, and the largest CT, of PX4's module.yaml of its control allocator."""
+MOTORS_6DOF = 7
+"""CA_AIRFRAME of a vehicle whose motors make all six forces and moments."""
+FLOAT, INT = 9, 6
+"""Types of parameters in a ``.params`` file."""
+UNIT = 1e-3
+"""Most by which a direction that T gives may miss the length of 1 [-]."""
 
 
 def recognises(path: Path, text: str) -> bool:
@@ -110,3 +124,64 @@ def _parameters(path: Path) -> dict[str, float]:
                 expected = f"a number up to {LARGEST:g}"
                 raise mismatch(path, f"line {number}: {name}", repr(text[:40]), expected)
     return values
+
+
+def write(keys: VehicleFile, vehicle: Vehicle) -> str:
+    """The vehicle as PX4's parameters of geometry; raises VehicleError for a vehicle that they can't say.
+
+    Positions are from the centre of mass, axes and positions in frd. CT is f_max in N, or in a unit of more
+    that a comment names where that exceeds PX4's range. Every thruster with f_min below 0 is reversible.
+    """
+    _check_writable(keys, vehicle)
+    mounting = poses(keys, vehicle.T)
+    down = np.array([1.0, 1.0, 1.0] if vehicle.frame == "frd" else [1.0, -1.0, -1.0])
+    positions, axes = (mounting.positions - mounting.center) * down, mounting.directions * down
+    unit = max(1.0, vehicle.f_max.max() / LARGEST_CT)
+    values = np.column_stack([positions, axes, vehicle.f_max / unit, 0.0 - reaction_torques(keys, vehicle.n)])
+    reversible = sum(1 << i for i, low in enumerate(vehicle.f_min.tolist()) if low < 0)
+    lines = [
+        f"# {keys.name}, written by thrustbench",
+        f"# CT 1: {unit:g} N at full output, the same astern",
+        *_unlike(vehicle),
+        "# Vehicle-Id Component-Id Name Value Type",
+        _line("CA_AIRFRAME", MOTORS_6DOF, INT),
+        _line("CA_ROTOR_COUNT", vehicle.n, INT),
+        _line("CA_R_REV", reversible, INT),
+    ]
+    for i, row in enumerate(values.tolist()):
+        names = ("PX", "PY", "PZ", "AX", "AY", "AZ", "CT", "KM")
+        lines += [
+            _line(f"CA_ROTOR{i}_{key}", value + 0.0, FLOAT) for key, value in zip(names, row, strict=True)
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def _check_writable(keys: VehicleFile, vehicle: Vehicle) -> None:
+    """Raise VehicleError for thrusters without a pose, too many of them, or such as push astern only."""
+    mounting = poses(keys, vehicle.T)
+    lengths = np.linalg.norm(mounting.directions, axis=1)
+    odd = np.flatnonzero(~mounting.stands | (np.abs(lengths - 1.0) > UNIT))
+    if odd.size:
+        raise VehicleError(
+            f"{keys.name}: T gives {vehicle.called(int(odd[0]))} no pose, which PX4's parameters need; write"
+            " 'thrusters' with position and direction"
+        )
+    if vehicle.n > ROTORS:
+        raise VehicleError(f"{keys.name}: {vehicle.n} thrusters; PX4 has parameters for {ROTORS}")
+    if (still := np.flatnonzero(~(vehicle.f_max > 0))).size:
+        raise VehicleError(
+            f"{keys.name}: f_max of {vehicle.called(int(still[0]))} is"
+            f" {vehicle.f_max[still[0]]:g}, expected above 0; turn its direction about"
+        )
+
+
+def _unlike(vehicle: Vehicle) -> list[str]:
+    """A comment on thrusters whose thrust astern PX4 takes for another one."""
+    low, high = vehicle.f_min, vehicle.f_max
+    odd = np.flatnonzero((low < 0) & ~np.isclose(low, -high)).tolist()
+    names = ", ".join(map(vehicle.called, odd))
+    return [f"# f_min differs from -f_max, for which PX4 has no parameter: {names}"] if odd else []
+
+
+def _line(name: str, value: float, kind: int) -> str:
+    return f"1\t1\t{name}\t{value!r}\t{kind}"

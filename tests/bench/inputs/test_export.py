@@ -1,5 +1,7 @@
 """Vehicles exported to files of other projects, and vehicle files written anew, read back the same."""
 
+import re
+from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
@@ -9,7 +11,8 @@ from click.testing import CliRunner
 
 from alloc import AllocError, list_vehicles, load_vehicle
 from alloc.vehicle.file import build_vehicle, find_file, read_document, suspects
-from alloc.vehicle.keys import to_yaml
+from alloc.vehicle.geometry import DOF
+from alloc.vehicle.keys import Thruster, VehicleFile, to_yaml
 from bench.__main__ import cli
 from bench.inputs.formats import formats, lost_keys
 from tests.foreign_vehicles import LIMITS, imported, vehicle_of
@@ -107,3 +110,84 @@ def test_a_vehicle_with_a_full_h_can_not_be_exported_to_ros() -> None:
     keys.H = (np.eye(4) + 0.1).tolist()
     with pytest.raises(AllocError, match="H is not diagonal"):
         formats()["ros"].write(keys, build_vehicle(keys))
+
+
+@pytest.mark.parametrize("name", SOUND)
+def test_a_vehicle_exported_to_px4_comes_back_with_the_same_geometry(tmp_path: Path, name: str) -> None:
+    keys = read_document(find_file(name)).keys
+    vehicle = build_vehicle(keys)
+    text = formats()["px4"].write(keys, vehicle)
+    back = vehicle_of(imported(tmp_path, text, name="theirs.params"), tmp_path)
+    theirs, known = back.with_frame(vehicle.frame), [a for a in vehicle.dof if a in back.dof]
+    assert set(known) == set(vehicle.dof)
+    ours = vehicle.T if vehicle.poses is None else vehicle.poses[[DOF.index(a) for a in known]]
+    # A published T has three digits where the poses beside it have more.
+    np.testing.assert_allclose(theirs.T[[theirs.dof.index(a) for a in known]], ours, rtol=0, atol=1e-3)
+    unit = float(re.findall(r"CT 1: (\S+) N", text)[0])
+    np.testing.assert_allclose(unit * back.f_max, vehicle.f_max, rtol=1e-5)
+    assert back.f_max.max() <= 100 * (1 + 1e-9)
+    np.testing.assert_array_equal(back.f_min < 0, vehicle.f_min < 0)
+    assert ("f_min differs" in text) == (not np.allclose(vehicle.f_min, -vehicle.f_max))
+
+
+def test_px4_gets_positions_from_the_centre_of_mass_and_axes_in_frd(tmp_path: Path) -> None:
+    keys = read_document(find_file("subjugator8")).keys
+    keys.center_of_mass, keys.reaction_torque = (0.02, 0.03, -0.04), 0.01
+    vehicle = build_vehicle(keys)
+    text = formats()["px4"].write(keys, vehicle)
+    back = vehicle_of(imported(tmp_path, text, name="theirs.params"), tmp_path).with_frame(vehicle.frame)
+    np.testing.assert_allclose(back.T, vehicle.T, rtol=0, atol=1e-4)  # published axes have four digits
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (
+            lambda keys: setattr(
+                keys, "thrusters", [Thruster(t.position, t.direction) for t in keys.thrusters] * 2
+            ),
+            "16 thrusters; PX4 has parameters for 12",
+        ),
+        (lambda keys: setattr(keys, "f_max", 0.0), "f_max of FLH is 0, expected above 0; turn its direction"),
+    ],
+)
+def test_what_px4_has_no_parameters_for_is_refused(change: Callable[[VehicleFile], None], says: str) -> None:
+    keys = read_document(find_file("subjugator8")).keys
+    keys.T, keys.names, keys.slew = None, None, None
+    change(keys)
+    with pytest.raises(AllocError, match=says):
+        formats()["px4"].write(keys, build_vehicle(keys))
+
+
+def test_a_column_without_a_pose_is_refused_by_px4() -> None:
+    keys = read_document(find_file("tiburon")).keys
+    with pytest.raises(AllocError, match="T gives T6 no pose, which PX4's parameters need"):
+        formats()["px4"].write(keys, build_vehicle(keys))
+
+
+@pytest.mark.parametrize("name", SOUND)
+def test_factors_of_ardusub_s_custom_frame_make_one_axis_and_no_other(name: str) -> None:
+    """Read back from the text: roll, pitch, yaw, throttle, forward, lateral of motors 1, 2, …."""
+    keys = read_document(find_file(name)).keys
+    vehicle = build_vehicle(keys)
+    text = formats()["ardusub-matrix"].write(keys, vehicle)
+    assert "FRAME_CONFIG = 7" in text
+    table = re.findall(r"add_motor_raw_6dof\(AP_MOTORS_MOT_(\d+), (.*), (\d+)\);", text)
+    assert [int(motor) for motor, _, _ in table] == list(range(1, vehicle.n + 1))
+    rows = np.array([[float(word.strip("f")) for word in row.split(", ")] for _, row, _ in table])
+    columns = ("roll", "pitch", "yaw", "heave", "surge", "sway")
+    mixer, senses = (
+        vehicle.autopilot,
+        np.array([1, 1, -1, 1, 1, 1] if vehicle.frame == "frd" else [1, -1, 1, 1, -1, -1]),
+    )
+    order = range(vehicle.n) if mixer is None else np.array(mixer.motors) - 1
+    signs = np.ones(vehicle.n) if mixer is None else np.array(mixer.directions)
+    outputs = rows[order] * signs[:, None]
+    made = vehicle.T @ (outputs * ((vehicle.f_max - vehicle.f_min) / 2)[:, None])
+    for i, axis in enumerate(vehicle.dof):
+        column = made[:, columns.index(axis)] / vehicle.wrench_scale
+        assert column[i] * senses[DOF.index(axis)] > 0.1
+        np.testing.assert_allclose(np.delete(column, i), 0.0, atol=1e-5)
+        assert np.abs(rows[:, columns.index(axis)]).max() == 1.0
+    left = [j for j, axis in enumerate(columns) if axis not in vehicle.dof]
+    assert not rows[:, left].any()

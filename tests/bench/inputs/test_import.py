@@ -335,8 +335,9 @@ def test_the_commands_import_check_and_export(tmp_path: Path) -> None:
     assert thrustbench("check", ours, "--no-picture").returncode == 0
     run = thrustbench("export", ours, "--format", "csv")
     assert run.stdout.splitlines()[:2] == ["# frame: flu (x ahead, y to port, z up)", "dof,f0,f1,f2"]
-    assert thrustbench("export", ours, "--format", "px4").returncode == 2
-    assert set(writable()) == {"csv", "ros"}
+    assert "CA_ROTOR_COUNT\t3" in thrustbench("export", ours, "--format", "px4").stdout
+    assert thrustbench("export", ours, "--format", "urdf").returncode == 2
+    assert set(writable()) == {"csv", "ros", "px4", "ardusub-matrix"}
 
 
 def test_importing_a_file_without_limits_ends_with_2_and_writes_nothing(tmp_path: Path) -> None:
