@@ -104,14 +104,16 @@ def _readiness(
     """Lines on how ready each thruster was; raises DemandError where no window says anything."""
     from alloc.errors import DemandError
     from bench.inputs.motion import read_motion
-    from bench.judging.readiness import WINDOW_S, as_text, estimate_windows, known_inertia
+    from bench.judging.ratios import estimate_ratios, group_text
+    from bench.judging.readiness import WINDOW_S, as_text, estimate_readiness, estimate_windows
 
-    known_inertia(vehicle)
+    is_weighed = vehicle.inertia is not None
     motion = read_motion(log, outputs, vehicle, columns)
-    windows = list(estimate_windows(vehicle, motion.t, f, motion.a, motion.v))
+    estimate = estimate_readiness if is_weighed else estimate_ratios
+    windows = list(estimate_windows(vehicle, motion.t, f, motion.a, motion.v, estimate))
     if all(window.is_vague for window in windows):
         raise DemandError(
             f"{log}: nothing can be said of any thruster: no window of {WINDOW_S:g} s has enough rows and"
             " motion; fly what `check --failures` names"
         )
-    return as_text(vehicle, windows)
+    return as_text(vehicle, windows) if is_weighed else f"{group_text(vehicle)}\n{as_text(vehicle, windows)}"

@@ -3,20 +3,20 @@
 Known are thrusts f that commands should have made, accelerations a and velocities v. Unknown are the
 readiness p_i of each thruster (1 as expected, 0 off, -1 reversed), linear and quadratic drag of each axis,
 none of them negative, and a constant wrench on each axis, as of weight and buoyancy. M has to be known:
-without it mass, drag and readiness can all be scaled together.
+without it mass, drag and readiness can all be scaled together (``bench.judging.ratios``).
 
 Errors of an axis follow each other: rows are replaced by what they differ from rho times the row before,
 with rho and the size of the errors from a first solution (Cochrane and Orcutt 1949, J. American Statistical
 Association 44). Intervals are those of the linear model, so they hold no error of M, f or the form of drag.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from alloc import Vehicle
-from alloc.allocation import BoolArray, FloatArray
+from alloc.allocation import FloatArray
 from alloc.errors import VehicleError
 from alloc.vehicle.geometry import DOF
 
@@ -37,6 +37,9 @@ VAGUE = 0.5
 """Half-width of an interval from which nothing can be said of a thruster [-]."""
 DEPENDENT = 1e-6
 """Singular value, of the largest, below which a direction of unknowns left no trace in a window."""
+
+Estimate = Callable[[Vehicle, FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+"""Function of a vehicle, f, a and v that returns readiness (n,) and half-widths (n,) of its intervals."""
 
 
 class WindowReadiness(NamedTuple):
@@ -66,23 +69,13 @@ class WindowReadiness(NamedTuple):
         return np.flatnonzero((self.half_width < VAGUE) & (above < MODEL)).tolist()
 
 
-def known_inertia(vehicle: Vehicle) -> FloatArray:
-    """M (6,) of a vehicle; raises VehicleError where its file does not say it."""
-    if vehicle.inertia is None:
-        raise VehicleError(
-            f"{vehicle.name}: has no 'inertia', without which mass, drag and readiness could all be scaled"
-            " together; add mass, moments and added mass to its file (docs/failures.md)",
-            "inertia",
-        )
-    return vehicle.inertia
-
-
 def estimate_windows(
-    vehicle: Vehicle, t: FloatArray, f: FloatArray, a: FloatArray, v: FloatArray
+    vehicle: Vehicle, t: FloatArray, f: FloatArray, a: FloatArray, v: FloatArray, estimate: Estimate
 ) -> Iterator[WindowReadiness]:
     """Readiness in windows of WINDOW_S: thrusts f (N, n) [N], a and v (N, k) in SI, times t (N,) [s].
 
-    A window that is shorter, or has too few rows, is left out.
+    ``estimate`` is ``estimate_readiness``, or ``estimate_ratios`` where the mass is not known. A window that
+    is shorter, or has too few rows, is left out.
     """
     unknowns = vehicle.n + 4 * vehicle.k
     edges = np.arange(t[0], t[-1] + 1e-9, WINDOW_S) if len(t) else np.empty(0)
@@ -90,57 +83,67 @@ def estimate_windows(
         rows = (t >= begin) & (t < begin + WINDOW_S)
         if rows.sum() * vehicle.k < FEWEST * unknowns or t[rows][-1] - begin < WINDOW_S / 2:
             continue
-        p, half_width = estimate_readiness(vehicle, f[rows], a[rows], v[rows])
+        p, half_width = estimate(vehicle, f[rows], a[rows], v[rows])
         yield WindowReadiness(begin, float(t[rows][-1]), p, half_width)
 
 
 def estimate_readiness(
     vehicle: Vehicle, f: FloatArray, a: FloatArray, v: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Readiness p (n,) and half-widths (n,) of its 95 % intervals, from rows of one window."""
-    A, b, lower, upper = _equations(vehicle, f, a, v)
+    """Readiness p (n,) and half-widths (n,) of its 95 % intervals, from rows of one window.
+
+    Raises VehicleError for a vehicle without ``inertia``.
+    """
+    if vehicle.inertia is None:
+        raise VehicleError(f"{vehicle.name}: has no 'inertia'; see bench.judging.ratios", "inertia")
+    inertia = vehicle.inertia[[DOF.index(axis) for axis in vehicle.dof]]
+    A, lower, upper = columns(vehicle, f, v)
+    b = inertia * a + coriolis(vehicle, inertia, v)
     x = _bounded(A.reshape(-1, A.shape[-1]), b.ravel(), lower, upper)
-    errors = b - A @ x  # (N, k)
-    before, after = errors[:-1], errors[1:]
-    power = (before**2).sum(axis=0)
-    rho = np.clip((before * after).sum(axis=0) / np.where(power > 0, power, 1.0), 0.0, 0.99)
-    A, b = A[1:] - rho[:, None] * A[:-1], b[1:] - rho * b[:-1]
-    spread = np.sqrt(((after - rho * before) ** 2).mean(axis=0))
-    spread = np.maximum(spread, 1e-9 * float(np.abs(b).max()) + 1e-12)
-    rows, right = (A / spread[:, None]).reshape(-1, A.shape[-1]), (b / spread).ravel()
+    rho, spread = persistence(b - A @ x, b)
+    rows = whitened(A, rho[:, None], spread[:, None]).reshape(-1, A.shape[-1])
+    right = whitened(b, rho, spread).ravel()
     x = _bounded(rows, right, lower, upper)
-    covariance, is_open = _covariance(rows, right - rows @ x)
-    n = vehicle.n
-    half_width = INTERVAL * np.sqrt(np.diag(covariance)[:n])
-    return np.where(is_open[:n], np.nan, x[:n]), np.where(is_open[:n], np.inf, half_width)
+    half_width = INTERVAL * deviations(rows, right - rows @ x, np.eye(len(x))[: vehicle.n])
+    return np.where(np.isinf(half_width), np.nan, x[: vehicle.n]), half_width
 
 
-def _equations(
-    vehicle: Vehicle, f: FloatArray, a: FloatArray, v: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Rows A (N, k, m) and right sides (N, k) of A x = b, and bounds (m,) of x.
+def columns(vehicle: Vehicle, f: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """A (N, k, m) of A x = M a + C(v) v, and bounds (m,) of x.
 
     x is p, then linear drag, quadratic drag and constant of each axis.
     """
-    N, k, n, inertia = len(f), vehicle.k, vehicle.n, known_inertia(vehicle)
+    N, k, n = len(f), vehicle.k, vehicle.n
     pushed = vehicle.T * f[:, None, :]  # (N, k, n)
     axes = np.eye(k)
     drag = [-axes * v[:, None, :], -axes * (np.abs(v) * v)[:, None, :], np.broadcast_to(-axes, (N, k, k))]
     lower = np.concatenate([np.full(n, LEAST), np.zeros(2 * k), np.full(k, -np.inf)])
     upper = np.concatenate([np.full(n, MOST), np.full(3 * k, np.inf)])
+    return np.concatenate([pushed, *drag], axis=2), lower, upper
+
+
+def coriolis(vehicle: Vehicle, inertia: FloatArray, v: FloatArray) -> FloatArray:
+    """C(v) v (N, k) of a diagonal M (k,): w x (M1 u); w x (M2 w) + u x (M1 u) (Fossen 2021, ch. 6)."""
     which = [DOF.index(axis) for axis in vehicle.dof]
-    moved = inertia[which] * a + _coriolis(inertia, which, v)
-    return np.concatenate([pushed, *drag], axis=2), moved, lower, upper
-
-
-def _coriolis(inertia: FloatArray, which: list[int], v: FloatArray) -> FloatArray:
-    """C(v) v (N, k) of a diagonal M: w x (M1 u); w x (M2 w) + u x (M1 u) (Fossen 2021, ch. 6)."""
-    whole = np.zeros((len(v), 6))
-    whole[:, which] = v
-    u, w = whole[:, :3], whole[:, 3:]
-    momentum, spin = inertia[:3] * u, inertia[3:] * w
+    whole = np.zeros((2, len(v), 6))
+    whole[:, :, which] = inertia * v, v
+    momentum, spin, u, w = (part for each in whole for part in np.hsplit(each, 2))
     turning: FloatArray = np.hstack([np.cross(w, momentum), np.cross(w, spin) + np.cross(u, momentum)])
     return turning[:, which]
+
+
+def persistence(errors: FloatArray, known: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Share rho (k,) of the row before in errors (N, k), and size (k,) of the rest."""
+    before, after = errors[:-1], errors[1:]
+    power = (before**2).sum(axis=0)
+    rho = np.clip((before * after).sum(axis=0) / np.where(power > 0, power, 1.0), 0.0, 0.99)
+    spread = np.sqrt(((after - rho * before) ** 2).mean(axis=0))
+    return rho, np.maximum(spread, 1e-9 * float(np.abs(known).max()) + 1e-12)
+
+
+def whitened(rows: FloatArray, rho: FloatArray, spread: FloatArray) -> FloatArray:
+    """Rows (N - 1, ...) less rho of the row before, over the size of their errors."""
+    return (rows[1:] - rho * rows[:-1]) / spread
 
 
 def _bounded(A: FloatArray, b: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
@@ -153,16 +156,16 @@ def _bounded(A: FloatArray, b: FloatArray, lower: FloatArray, upper: FloatArray)
     return x
 
 
-def _covariance(A: FloatArray, errors: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """Covariance (m, m) of the unknowns, and those (m,) that the rows leave open."""
+def deviations(A: FloatArray, errors: FloatArray, G: FloatArray) -> FloatArray:
+    """Standard deviations of G x from rows A (N, m) with errors (N,); infinite where they leave it open."""
     size = np.linalg.norm(A, axis=0)
     size = np.where(size > 0.0, size, 1.0)
     _, sigma, Vt = np.linalg.svd(A / size, full_matrices=False)
     kept = sigma > DEPENDENT * sigma.max(initial=0.0)
-    free = max(len(A) - int(kept.sum()), 1)
-    root = Vt[kept].T / sigma[kept] / size[:, None]
-    is_open: BoolArray = (Vt[~kept] ** 2).sum(axis=0) > DEPENDENT
-    return (errors @ errors) / free * root @ root.T, is_open
+    free, G = max(len(A) - int(kept.sum()), 1), G / size
+    is_open = ((G @ Vt[~kept].T) ** 2).sum(axis=1) > DEPENDENT * (G**2).sum(axis=1)
+    known = ((G @ Vt[kept].T / sigma[kept]) ** 2).sum(axis=1)
+    return np.where(is_open, np.inf, np.sqrt(errors @ errors / free * known))
 
 
 def as_text(vehicle: Vehicle, windows: list[WindowReadiness]) -> str:

@@ -45,6 +45,16 @@ def test_the_page_leads_to_the_thruster(log: Path) -> None:
     assert abs(float(found[1]) - 0.5) < 0.05
 
 
+def test_without_the_mass_ratios_lead_to_the_thruster(tmp_path: Path) -> None:
+    vehicle = load_vehicle("bluerov2")
+    assert vehicle.inertia is None
+    flown = dive(vehicle, np.random.default_rng(4), np.array([1, 1, 0.5, 1, 1, 1]), noise=0.05)
+    log = write_dive(tmp_path / "motion.csv", vehicle, flown)
+    text = said(COMMAND.replace("bluerov2-heavy", "bluerov2").replace("motion.csv", str(log)))
+    assert "bluerov2 has no 'inertia': mass, drag and readiness could all be scaled together" in text
+    assert re.findall(r"^weak  (.*): 0\.[45]\d in 1 of 1 windows$", text, re.MULTILINE) == ["thruster 2"]
+
+
 def test_a_log_that_lacks_something_is_refused_in_a_line_that_says_what(log: Path) -> None:
     header, *rows = log.read_text().splitlines()
     for missing, says in (

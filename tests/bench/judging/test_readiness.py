@@ -9,7 +9,7 @@ from alloc import Vehicle, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import VehicleError
 from bench.demands.mission import M
-from bench.judging.readiness import WindowReadiness, estimate_readiness, estimate_windows, known_inertia
+from bench.judging.readiness import WindowReadiness, estimate_readiness, estimate_windows
 from tests.dives import dive
 
 
@@ -24,7 +24,8 @@ def one(i: int, readiness: float, n: int = 8) -> FloatArray:
 
 
 def only_window(vehicle: Vehicle, seed: int, readiness: FloatArray, noise: float = 0.05) -> WindowReadiness:
-    (window,) = estimate_windows(vehicle, *dive(vehicle, np.random.default_rng(seed), readiness, noise=noise))
+    flown = dive(vehicle, np.random.default_rng(seed), readiness, noise=noise)
+    (window,) = estimate_windows(vehicle, *flown, estimate_readiness)
     return window
 
 
@@ -68,16 +69,17 @@ def test_a_thruster_that_was_never_asked_has_no_readiness() -> None:
 def test_a_window_without_motion_says_nothing_and_a_short_one_is_left_out() -> None:
     vehicle, t = heavy(), np.arange(0, 25, 0.05)
     still = np.zeros((len(t), vehicle.k))
-    (window,) = estimate_windows(vehicle, t, np.zeros((len(t), 8)), still, still)
+    (window,) = estimate_windows(vehicle, t, np.zeros((len(t), 8)), still, still, estimate_readiness)
     assert window.is_vague
     assert window.accused == []
-    assert list(estimate_windows(vehicle, t[:100], np.zeros((100, 8)), still[:100], still[:100])) == []
+    short = t[:100], np.zeros((100, 8)), still[:100], still[:100]
+    assert list(estimate_windows(vehicle, *short, estimate_readiness)) == []
 
 
 def test_the_file_of_the_bluerov2_heavy_has_the_inertia_of_the_body_that_missions_fly() -> None:
-    assert known_inertia(heavy()) == pytest.approx(M)
+    assert heavy().inertia == pytest.approx(M)
 
 
 def test_a_vehicle_without_inertia_is_refused() -> None:
-    with pytest.raises(VehicleError, match="mass, drag and readiness could all be scaled together"):
-        known_inertia(load_vehicle("ukwial"))
+    with pytest.raises(VehicleError, match="ukwial: has no 'inertia'"):
+        estimate_readiness(load_vehicle("ukwial"), *np.zeros((3, 10, 4)))
