@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from alloc.allocation import Allocator
 from alloc.errors import NotInstalled, PluginError, UnknownName, unknown
 from alloc.files.modules import check_for, modules
-from alloc.foreign import COMMAND, is_compiled, is_program
+from alloc.foreign import COMMAND, is_command, is_compiled, runs_apart
 from alloc.formulations import Family, find_formulation, nearly
 from alloc.live.plain import ANY_DISTANCE, EXACT, Plain, check_declared
 from alloc.vehicle import Vehicle
@@ -154,7 +154,7 @@ def _in_c(method: str) -> str:
 
 def is_plugin(name: str) -> bool:
     """True if a method's name is a user's file or command, and none of the catalogue."""
-    return name.startswith(COMMAND) or Path(name).is_file()
+    return is_command(name) or Path(name).is_file()
 
 
 def load_plugin(name: Path | str) -> Entry:
@@ -186,7 +186,7 @@ def load_plugin(name: Path | str) -> Entry:
 def _foreign(name: Path | str) -> ModuleType | None:
     """A command, a program or a shared library as a module; None for any other file."""
     path = Path(name)
-    if str(name).startswith(COMMAND) or is_program(path):
+    if runs_apart(name):
         from alloc.foreign import program
 
         return program.plugin(str(name), program.words(name))
@@ -297,7 +297,7 @@ def _entries(module: ModuleType) -> Iterator[Entry]:
 
 def plugin_name(name: Path | str) -> str:
     """The name of a user's method: a_b.py holds a-b, and ``exec:ssh host ./mine`` is ssh-host-mine."""
-    if str(name).startswith(COMMAND):
+    if is_command(name):
         return "-".join(re.findall(r"[\w@][\w.@]*", str(name).removeprefix(COMMAND)))
     return _hyphened(Path(name).stem)
 

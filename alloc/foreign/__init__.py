@@ -19,6 +19,16 @@ def is_library(path: Path) -> bool:
     return is_compiled(path) and not is_program(path)
 
 
+def is_command(name: Path | str) -> bool:
+    """True if a method's name is a command with the line protocol."""
+    return str(name).startswith(COMMAND)
+
+
+def runs_apart(name: Path | str) -> bool:
+    """True if a method's name is a command or a program's file: another process answers."""
+    return is_command(name) or is_program(Path(name))
+
+
 def is_program(path: Path) -> bool:
     """True if a file is to be run, not loaded: a compiled program, or an executable script but for Python's.
 

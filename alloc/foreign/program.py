@@ -7,7 +7,7 @@ import subprocess
 import tempfile
 import threading
 import weakref
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from types import ModuleType
@@ -36,12 +36,14 @@ class Greeting(msgspec.Struct, frozen=True):
     ----------
     thrustbench : version of the protocol that it speaks
     formulation, limited, tolerance : its promises, as a plug-in in Python declares them; None for none
+    memory : whether answers depend on earlier demands, unless a line ``null`` has it forget them
     """
 
     thrustbench: int
     formulation: str | None = None
     limited: bool | None = None
     tolerance: float | None = None
+    memory: bool = False
 
 
 class Readiness(msgspec.Struct, frozen=True):
@@ -65,15 +67,24 @@ def plugin(who: str, command: Sequence[str]) -> ModuleType:
         "FORMULATION": greeting.formulation,
         "LIMITED": greeting.limited,
         "TOLERANCE": greeting.tolerance,
+        "STARTS": ("cold", "warm") if greeting.memory else None,
     }
     vars(module).update({name: value for name, value in declared.items() if value is not None})
     begun = partial(Conversation, who, command)
     vars(module).update(
         FOREIGN=True,
-        build=lambda vehicle: begun().prepared(vehicle).thrusts,
+        build=partial(_built, begun),
         idle_call=lambda vehicle: begun().prepared(vehicle).echo,
     )
     return module
+
+
+def _built(
+    begun: Callable[[], "Conversation"], vehicle: Vehicle, *, start: str = "warm"
+) -> Callable[..., list[float] | None]:
+    """The function tau -> f of a program; with the start ``cold`` it forgets all demands before each."""
+    conversation = begun().prepared(vehicle)
+    return conversation.thrusts_afresh if start == "cold" else conversation.thrusts
 
 
 def words(name: str | Path) -> list[str]:
@@ -139,6 +150,13 @@ class Conversation:
         if f is not None and len(f) != self._n:
             raise PluginError(f"{self._who}: answered a demand with {len(f)} thrusts, expected {self._n}")
         return f
+
+    def thrusts_afresh(self, tau: FloatArray, f_min: FloatArray, f_max: FloatArray) -> list[float] | None:
+        """The program's thrusts, as ``thrusts``, once it has forgotten all demands before."""
+        reply = self._ask(b"null", "an answer to null")
+        if reply != b"null":
+            raise PluginError(f"{self._who}: answered null with {_shown(reply)}, expected it back")
+        return self.thrusts(tau, f_min, f_max)
 
     def echo(self, *_: Any) -> None:
         """Send a line of text and get it back: a call without an allocator in it."""

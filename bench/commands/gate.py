@@ -9,7 +9,7 @@ from bench.commands import PATH, Finite, echo
 
 FOLDER = click.Path(exists=True, file_okay=False, path_type=Path)
 
-FILE = click.Path(dir_okay=False, path_type=Path)  # it may be in the two sides and not here
+FILE = click.Path(dir_okay=False, path_type=str)  # it may be in the two sides and not here, or a command
 
 
 @click.command()
@@ -32,7 +32,14 @@ FILE = click.Path(dir_okay=False, path_type=Path)  # it may be in the two sides 
     show_default=True,
     help="Of the gate [s]; answers and counts are never cut short, times are.",
 )
-@click.option("--plugin", "plugins", type=FILE, multiple=True, help="Your method, as each side has it.")
+@click.option(
+    "--plugin",
+    "--method",
+    "plugins",
+    type=FILE,
+    multiple=True,
+    help="Your method's file as each side has it; exec:COMMAND runs in each side's folder.",
+)
 @click.option("--build", default="", metavar="COMMAND", help="Run in each side's folder first: make mine.so.")
 @click.option(
     "--vehicle", "vehicles", multiple=True, metavar="V", help="In place of ukwial and bluerov2-heavy."
@@ -51,7 +58,7 @@ def command(
     threshold: float,
     pairs: int,
     budget: float,
-    plugins: tuple[Path, ...],
+    plugins: tuple[str, ...],
     build: str,
     vehicles: tuple[str, ...],
     instructions: bool,

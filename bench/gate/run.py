@@ -169,7 +169,7 @@ def gate(
     settings: GateSettings,
     *,
     patterns: Sequence[str] = DEFAULT_CELLS,
-    plugins: tuple[Path, ...] = (),
+    plugins: tuple[str, ...] = (),
     vehicles: Mapping[str, str] = MappingProxyType({}),
     build: str = "",
     always: bool = False,
@@ -178,7 +178,8 @@ def gate(
 ) -> GateRecord:
     """Compare two trees; the record holds all that ``verdict`` needs.
 
-    ``plugins`` are users' methods, each taken as base and head have it, or as it lies where neither has it.
+    ``plugins`` are users' methods, each taken as base and head have it, or as it lies where neither has it;
+    a command runs in each side's folder.
     Where neither side is a tree of this project, its plug-ins are measured with the installed ``alloc``.
     ``vehicles`` are files of users' vehicles, by what their cells are called. ``build`` is a command that
     is run in the tree of each side first. ``always`` measures although nothing that can matter differs;
@@ -197,8 +198,8 @@ def gate(
             trees.build(source.label, tree / source.start, build)
         files = trees.of_each_side(((base, base_tree), (head, head_tree)), plugins)
         both = (
-            SourceTree(base_tree, plugins=files[0], vehicles=vehicles, source=base.path),
-            SourceTree(head_tree, plugins=files[1], vehicles=vehicles, source=head.path),
+            SourceTree(base_tree, plugins=files[0], vehicles=vehicles, source=base.path, start=base.start),
+            SourceTree(head_tree, plugins=files[1], vehicles=vehicles, source=head.path, start=head.start),
         )
         record.commits = trees.commits(base, head)
         given = set(vehicles.values())  # these are taken as they lie there
@@ -246,10 +247,11 @@ def compare(
     if verdict(record).outcome is Outcome.REGRESSION or all(cell.is_control for cell in cells):
         return  # cells are gone or wrong, or none can be compared: times can't change the verdict
     try:
-        if count:
-            tell(f"instructions: {plural(len(cells), 'cell')}, both sides at once")
+        here = [cell for cell in cells if cell.method not in both[1].apart]
+        if count and not all(cell.is_control for cell in here):
+            tell(f"instructions: {plural(len(here), 'cell')}, both sides at once")
             with _stage(record, "instructions"):
-                _instructions(record, cells, both, demands)
+                _instructions(record, here, both, demands)
         tell(f"time: {record.settings.pairs} pairs of processes, {plural(len(cells), 'cell')}")
         with _stage(record, "time"):
             _time(record, cells, both, demands, deadline, tell)

@@ -8,6 +8,7 @@ from subprocess import TimeoutExpired
 from typing import Any, Self
 
 from alloc import AllocError
+from alloc.discovery import plugin_name
 from bench.gate.trees import BadTree, SourceTree
 from bench.harness import environment
 from bench.harness.process import cause, lines, signals_held_back, start
@@ -73,14 +74,15 @@ class Side:
         with ExitStack() as at_end:
             with signals_held_back():  # a plug-in may open a file beside it, and each side has its own
                 self._process, self._reader = start(
-                    command, at_end, environment(isolated=True, **layout), tree.path
+                    command, at_end, environment(isolated=True, **layout), tree.path / tree.start
                 )
             if started is not None:
                 started.append(self)
             self.ask(
                 "load",
                 tree=str(tree.path),
-                plugins=[str(file.absolute()) for file in tree.plugins],
+                plugins={plugin_name(plugin): plugin for plugin in tree.plugins},
+                apart=tree.apart,
                 vehicles=dict(tree.vehicles),
                 source="" if tree.source is None else str(tree.source.resolve()),
             )

@@ -15,6 +15,8 @@ from typing import Any, NamedTuple
 
 import alloc
 from alloc import AllocError
+from alloc.discovery import plugin_name
+from alloc.foreign import COMMAND, is_command, runs_apart
 
 COMPILED = shutil.ignore_patterns("__pycache__", "*.pyc")
 """Files of a package that are not copied."""
@@ -75,16 +77,23 @@ class SourceTree(NamedTuple):
     ----------
     path : the folder that holds ``alloc``
     python : the interpreter that runs it
-    plugins : files with users' own methods, as this side has them
+    plugins : files with users' own methods, as this side has them, and commands
     vehicles : files of users' own vehicles, by what their cells are called; the same on both sides
     source : the user's folder that the tree is a copy of; None where it is none
+    start : within ``path``, the folder in which its processes run
     """
 
     path: Path
     python: str = sys.executable
-    plugins: tuple[Path, ...] = ()
+    plugins: tuple[str, ...] = ()
     vehicles: Mapping[str, str] = MappingProxyType({})
     source: Path | None = None
+    start: Path = Path()
+
+    @property
+    def apart(self) -> list[str]:
+        """Methods of ``plugins`` that other processes answer."""
+        return [plugin_name(plugin) for plugin in self.plugins if runs_apart(plugin)]
 
 
 def revision(repository: Path, name: str) -> Source:
@@ -113,12 +122,12 @@ def is_own(source: Source) -> bool:
     return _run(source.path, "cat-file", "-e", f"{source.commit}:./{TREE}").returncode != 0
 
 
-def own(source: Source, into: Path, files: Sequence[Path]) -> None:
+def own(source: Source, into: Path, plugins: Sequence[str]) -> None:
     """Put a user's files and the installed ``alloc`` into the new folder ``into``; raises BadTree."""
     if source.commit:
         _extract(source, into)
     else:
-        _copy(source, into, files)
+        _copy(source, into, plugins)
     if (into / "alloc").exists():
         raise BadTree(f"{source.label}: has an 'alloc' that is none of this project's; rename it")
     shutil.copytree(Path(alloc.__file__).parent, into / "alloc", ignore=COMPILED)
@@ -141,29 +150,44 @@ def build(label: str, tree: Path, command: str) -> None:
 
 
 def of_each_side(
-    sides: Sequence[tuple[Source, Path]], files: Sequence[Path]
-) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
+    sides: Sequence[tuple[Source, Path]], plugins: Sequence[str]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Users' files as base and head have them, or as they lie where neither side holds them.
 
     ``sides`` are each side's source and the folder that it is unpacked in. A file that only one side holds is
-    left out of the other. Raises BadTree for a file that is nowhere.
+    left out of the other. A command is the same on both sides: each runs it in its own folder. Raises BadTree
+    for a file that is nowhere, and for what both sides would have the same.
     """
-    found: tuple[list[Path], list[Path]] = [], []
+    found: tuple[list[str], list[str]] = [], []
     trees = [tree for _, tree in sides]
-    for file in files:
+    users = all(is_own(source) for source, _ in sides)
+    for name in plugins:
+        if is_command(name):
+            if users and not any(_names_a_file(name, tree / source.start) for source, tree in sides):
+                raise BadTree(f"{name}: names no file of a side, so it would be compared with itself")
+            for mine in found:
+                mine.append(name)
+            continue
+        file = Path(name)
         places = [place for source, _ in sides for place in _inside(source, file)]
         within = next((each for each in places if any((tree / each).is_file() for tree in trees)), None)
         if within is not None:
             for mine, tree in zip(found, trees, strict=True):
-                mine += [tree / within] if (tree / within).is_file() else []
+                mine += [str(tree / within)] if (tree / within).is_file() else []
         elif not file.is_file():
             raise BadTree(f"{file}: is neither here nor in one of the two sides; give a plug-in's file")
-        elif all(is_own(source) for source, _ in sides):
+        elif users:
             raise BadTree(f"{file}: neither side holds it, so it would be compared with itself; commit it")
         else:
             for mine in found:
-                mine.append(file)
+                mine.append(str(file.absolute()))
     return tuple(found[0]), tuple(found[1])
+
+
+def _names_a_file(command: str, folder: Path) -> bool:
+    """True if a word of a command is a file of a folder."""
+    words = re.split(r"[\s'\";]+", command.removeprefix(COMMAND))
+    return any((folder / word).is_file() for word in words if not Path(word).is_absolute())
 
 
 def _inside(source: Source, file: Path) -> list[Path]:
@@ -197,10 +221,10 @@ def _extract(source: Source, into: Path) -> None:
             _extract(Source(source.label, inner, found["commit"]), into / found["path"])
 
 
-def _copy(source: Source, into: Path, files: Sequence[Path]) -> None:
-    """Put a folder that holds one of ``files`` into the new folder ``into``: a plug-in may read any there."""
+def _copy(source: Source, into: Path, plugins: Sequence[str]) -> None:
+    """Put a folder that holds one of ``plugins`` into the new folder ``into``: it may read any file there."""
     into.mkdir(parents=True)
-    if not any((source.path / within).is_file() for file in files for within in _inside(source, file)):
+    if not any(_lies_in(source, name) for name in plugins):
         return
     try:
         shutil.copytree(
@@ -210,6 +234,13 @@ def _copy(source: Source, into: Path, files: Sequence[Path]) -> None:
         raise BadTree(
             f"{source.label}: can't be copied ({str(error)[:200]}); give a folder that can"
         ) from None
+
+
+def _lies_in(source: Source, plugin: str) -> bool:
+    """True if a folder holds a plug-in's file, or one that a command names."""
+    if is_command(plugin):
+        return _names_a_file(plugin, source.path)
+    return any((source.path / within).is_file() for within in _inside(source, Path(plugin)))
 
 
 def _not_read(folder: str, names: list[str]) -> set[str]:
@@ -223,12 +254,12 @@ def _not_read(folder: str, names: list[str]) -> set[str]:
     }
 
 
-def unpack(source: Source, into: Path, files: Sequence[Path] = ()) -> None:
-    """Put ``alloc``, what it requires and users' ``files`` into the new folder ``into``; raises BadTree."""
+def unpack(source: Source, into: Path, plugins: Sequence[str] = ()) -> None:
+    """Put ``alloc``, what it requires and users' ``plugins`` into the new folder ``into``; raises BadTree."""
     if source.commit:
         _extract(source, into)
     elif (source.path / "alloc").is_dir():
-        _copy(source, into, files)
+        _copy(source, into, plugins)
         shutil.copytree(source.path / "alloc", into / "alloc", ignore=COMPILED, dirs_exist_ok=True)
         for name in ("pyproject.toml", "constraints.txt"):
             if (source.path / name).is_file():
@@ -281,13 +312,13 @@ def _run(repository: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
         raise BadTree("git is not installed; install it, or use --base-path and --head-path") from None
 
 
-def influences(tree: Path, files: Sequence[Path] = ()) -> dict[str, str]:
+def influences(tree: Path, plugins: Sequence[str] = ()) -> dict[str, str]:
     """Everything in a tree that can influence measured code: digests by file, and the requirements.
 
-    That is ``alloc``, or every file but documents where one of users' ``files`` lies there, for it may
+    That is ``alloc``, or every file but documents where one of users' ``plugins`` lies there, for it may
     import any.
     """
-    everything = _holds(tree, files)
+    everything = _holds(tree, plugins)
     return {
         path.relative_to(tree).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
         for path in sorted((tree if everything else tree / "alloc").rglob("*"))
@@ -295,8 +326,8 @@ def influences(tree: Path, files: Sequence[Path] = ()) -> dict[str, str]:
     } | ({} if everything else {"requirements": "\n".join(requirements(tree))})
 
 
-def _holds(tree: Path, files: Sequence[Path]) -> bool:
-    return any(file.is_relative_to(tree) for file in files)
+def _holds(tree: Path, plugins: Sequence[str]) -> bool:
+    return any(is_command(name) or Path(name).is_relative_to(tree) for name in plugins)
 
 
 def requirements(tree: Path) -> list[str]:

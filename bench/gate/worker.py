@@ -12,12 +12,12 @@ import json
 import os
 import sys
 from base64 import b64decode, b64encode
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import cache
 from importlib.metadata import distributions
 from pathlib import Path
-from time import monotonic, thread_time_ns
+from time import monotonic, perf_counter_ns, thread_time_ns
 from typing import Any, NamedTuple
 from urllib.parse import urlsplit
 from urllib.request import url2pathname
@@ -183,10 +183,11 @@ def _installed(source: str, _path: tuple[str, ...]) -> tuple[frozenset[Path], fr
 
 
 class Built(NamedTuple):
-    """An allocator, and f_min and f_max of its vehicle."""
+    """An allocator, f_min and f_max of its vehicle, and the clock of its calls."""
 
     allocate: Any
     own: tuple[Any, Any]
+    clock: Callable[[], int] = thread_time_ns
 
 
 class Orders:
@@ -198,6 +199,7 @@ class Orders:
     plugins, broken : what was loaded, and why a plug-in was not, by its method's name
     vehicles, files : loaded vehicles, and the files of those that are not the tree's, by name
     tree, source : the tree's folder, and the user's that it is a copy of, else empty
+    apart : methods that other processes answer, of whose time the CPU clock here tells nothing
     modules : names of those that were looked at
     built, early : by cell, the allocator that was built last, and first for the whole vehicle
     demands : by vehicle, the demands that its cells are timed with
@@ -212,36 +214,35 @@ class Orders:
         self.vehicles: dict[str, Any] = {}
         self.files: dict[str, str] = {}
         self.tree = self.source = ""
-        self.modules = set(sys.modules)
+        self.modules, self.apart = set(sys.modules), list[str]()
         self.built: dict[str, Built] = {}
         self.early: dict[str, Built] = {}
         self.demands: dict[str, list[Any]] = {}
 
-    def load(self, tree: str, plugins: list[str], vehicles: dict[str, str], source: str = "") -> None:
+    def load(
+        self, tree: str, source: str, vehicles: dict[str, str], plugins: dict[str, str], apart: list[str]
+    ) -> None:
         """Import ``alloc`` from ``tree``, a copy of the folder ``source``, and nowhere else.
 
-        ``plugins`` are files with users' methods, ``vehicles`` files of users' vehicles by the cells' names.
+        By name, files of users' ``vehicles`` and ``plugins``; ``apart``, see above, may be commands.
         """
-        self.files, self.tree, self.source = vehicles, tree, source
+        self.files, self.tree, self.source, self.apart = vehicles, tree, source, apart
         sys.path.insert(0, tree)
         self.alloc = importlib.import_module("alloc")
         if not Path(self.alloc.__file__).is_relative_to(tree):
             raise ImportError(f"alloc came from {self.alloc.__file__}, not from {tree}")
         self.discovery = importlib.import_module("alloc.discovery")
-        for file in map(Path, plugins):
+        for name, plugin in plugins.items():
             try:
-                entry = self.discovery.load_plugin(file)
+                self.plugins[name] = self.discovery.load_plugin(plugin if name in apart else Path(plugin))
             except Exception as error:  # the other plug-ins have answers
-                self.broken[file.stem.replace("_", "-")] = str(error).replace(f"{tree}{os.sep}", "")
-            else:
-                self.plugins[entry.name] = entry
+                self.broken[name] = str(error).replace(f"{tree}{os.sep}", "")
 
     def look(self) -> None:
         """Raise Elsewhere where a module that the last order imported is the user's, and not this side's."""
-        known = set(sys.modules)
+        new, self.modules = set(sys.modules) - self.modules, set(sys.modules)
         if self.source:
-            check_origins(known - self.modules, self.tree, self.source)
-        self.modules = known
+            check_origins(new, self.tree, self.source)
 
     def cells(self) -> tuple[list[list[str]], dict[str, str]]:
         """Every (vehicle, method, start) that is installed here, and why plug-ins are not, by method."""
@@ -282,7 +283,8 @@ class Orders:
             allocate = self.discovery.prepare(self.plugins[method], loaded, start=start)
         else:
             allocate = self.alloc.build(method, loaded, start=start)
-        self.built[cell] = Built(allocate, (loaded.f_min, loaded.f_max))
+        clock = perf_counter_ns if method in self.apart else thread_time_ns
+        self.built[cell] = Built(allocate, (loaded.f_min, loaded.f_max), clock)
         if not weaker and not numbers:
             self.early.setdefault(cell, self.built[cell])
         promises = {name: getattr(allocate, name) for name in ("formulation", "limited", "tolerance")}
@@ -309,7 +311,7 @@ class Orders:
         out, as a caller may. No more demands are asked than take ``seconds``. ``early`` asks the allocator
         that was built for the cell first. Raises what each of the calls raises.
         """
-        allocate, own = (self.early if early else self.built)[cell]
+        allocate, own, _ = (self.early if early else self.built)[cell]
         columns = [unpacked(taus), *map(unpacked, limits)]
         seen = AnswerLog(len(own[0]))
         end = monotonic() + seconds
@@ -355,15 +357,15 @@ class Orders:
         gc.disable()
 
     def block(self, cell: str, vehicle: str, rounds: int) -> int:
-        """CPU time [ns] of ``rounds`` rounds through the demands, after one untimed round."""
-        allocate, taus = self.built[cell].allocate, self.demands[vehicle]
+        """Time [ns] of ``rounds`` rounds through the demands by the cell's clock, after one untimed round."""
+        (allocate, _, clock), taus = self.built[cell], self.demands[vehicle]
         for tau in taus:
             allocate(tau)
-        start = thread_time_ns()
+        start = clock()
         for _ in range(rounds):
             for tau in taus:
                 allocate(tau)
-        return thread_time_ns() - start
+        return clock() - start
 
     def count(self, cell: str, vehicle: str, rounds: int) -> None:
         """Make N and then 2 N calls, each lot followed by getppid, at which callgrind writes its profile."""

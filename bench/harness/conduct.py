@@ -1,14 +1,17 @@
-"""Conduct of somebody's compiled allocator beyond its answers: memory, threads, processes, output, state."""
+"""Conduct of somebody's allocator beyond its answers: memory, threads, processes, output, state.
+
+Looked at is this process, in which a library runs, and those that it has started, of which a program is one.
+"""
 
 import os
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
-from pathlib import Path
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
+import psutil
 
 from alloc import Allocation
 from bench.harness.timing import Columns
@@ -22,7 +25,7 @@ SHOWN = 40
 
 
 def misconduct(call: Callable[..., Allocation], inputs: Columns, answers: Sequence[Allocation]) -> list[str]:
-    """Reasons why a library is not fit to fly, each in words; empty for one that only answers.
+    """Reasons why an allocator is not fit to fly, each in words; empty for one that only answers.
 
     ``answers`` are those to ``inputs``, in order. Each demand is asked once more, the last one first: an
     answer must be the same to the bit, whatever was asked before.
@@ -37,12 +40,12 @@ def misconduct(call: Callable[..., Allocation], inputs: Columns, answers: Sequen
 
 
 class Census(NamedTuple):
-    """Count of what belongs to this process.
+    """Count of what this process has started.
 
     Attributes
     ----------
-    threads : its own
-    processes : that it has started and that are there, ended ones too
+    threads : its own and those of the processes, but for the first of each
+    processes : that are there, ended ones and those that they have started too
     """
 
     threads: int
@@ -50,11 +53,9 @@ class Census(NamedTuple):
 
 
 def take_census() -> Census:
-    """Threads and child processes of this process now; none where the system does not tell."""
-    threads = list(Path("/proc/self/task").glob("*/children"))
-    with suppress(OSError):  # a thread that ends meanwhile
-        return Census(len(threads), sum(len(each.read_text(encoding="ascii").split()) for each in threads))
-    return Census(len(threads), 0)
+    """Threads and processes now."""
+    family = _family()
+    return Census(sum(_each(family, psutil.Process.num_threads)) - len(family), len(family) - 1)
 
 
 def leftovers(before: Census, after: Census) -> list[str]:
@@ -71,7 +72,7 @@ def _dependence(first: Sequence[Allocation], again: Sequence[Allocation]) -> str
             apart = f"by {by:.2g} N" if by == by else f"as {other.status.name} after {one.status.name}"
             return (
                 f"depends on earlier calls: demand {number}, asked again, is answered otherwise, {apart};"
-                " an allocator with a memory exports tba_reset"
+                ' a library with a memory exports tba_reset, a program begins with "memory": true'
             )
     return ""
 
@@ -88,12 +89,23 @@ def _growth(call: Callable[..., Allocation], calls: Sequence[tuple[Any, ...]]) -
 
 
 def _resident() -> int:
-    """Resident memory of this process [bytes]; 0 where the system does not tell."""
-    try:
-        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
-    except OSError:
-        return 0
-    return pages * os.sysconf("SC_PAGE_SIZE")
+    """Resident memory of this process and those that it has started [bytes]."""
+    return sum(_each(_family(), lambda process: process.memory_info().rss))
+
+
+def _family() -> list[psutil.Process]:
+    """This process, then those that it has started, and those that they have."""
+    own = psutil.Process()
+    return [own, *own.children(recursive=True)]
+
+
+def _each(family: Sequence[psutil.Process], number: Callable[[psutil.Process], int]) -> Iterator[int]:
+    """A number of each process, 1 of one that has ended."""
+    for process in family:
+        try:
+            yield number(process)
+        except psutil.Error:
+            yield 1
 
 
 @contextmanager

@@ -21,7 +21,7 @@ from alloc import Allocation, Allocator, NotApplicable, Vehicle, solvers
 from alloc.allocation import BoundedSteps, FloatArray, StatusArray, TwoStage, real
 from alloc.discovery import Entry, find, load_plugin, prepare
 from alloc.errors import NotInstalled, PluginError, UnknownName
-from alloc.foreign import is_library
+from alloc.foreign import is_library, runs_apart
 from alloc.live.plain import ANY_DISTANCE
 from alloc.vehicle.call_limits import one_by_one
 from bench.demands.store import Case, load_case, save
@@ -274,7 +274,7 @@ def measure(task: MeasureTask, job: Job, line: Worker) -> Cell:
         cell.allocator_bytes = reachable_bytes(allocator)
         describe(cell, allocator, samples.answers, timed)
         amiss = [WRITES] if any(map(changed, inputs, arguments(timed))) else []
-        if runs_inside(job):
+        if answers_alike(job):
             amiss += misconduct(allocator, arguments(timed), samples.answers) + leftovers(own, own_later)
         if cell.judged and amiss:
             cell.judged.wrong = "; ".join(filter(None, (cell.judged.wrong, *amiss)))
@@ -352,9 +352,10 @@ def time_binding(allocator: Any, question: Question, budget_ns: int) -> Samples[
     return sample(allocator.solve, list(zip(*posed, strict=True)), budget_ns, singles=0)
 
 
-def runs_inside(job: Job) -> bool:
-    """True for somebody's library, whose calls run in this process, and which must answer alike each time."""
-    return job.plugin is not None and is_library(Path(job.plugin)) and job.start != "warm"
+def answers_alike(job: Job) -> bool:
+    """True for somebody's library or program, unless it says that answers depend on earlier calls."""
+    plugin = job.plugin
+    return plugin is not None and job.start != "warm" and (runs_apart(plugin) or is_library(Path(plugin)))
 
 
 def time_idle_calls(job: Job, vehicle: Vehicle, inputs: list[list[FloatArray]]) -> Samples[Any]:

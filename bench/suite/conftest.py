@@ -3,12 +3,10 @@
 By default: what one compares, in two minutes. ``--all`` adds the rest.
 """
 
-from pathlib import Path
-
 import pytest
 
 from alloc import Allocator, AllocError, NotApplicable, Vehicle, catalogue, load_vehicle
-from alloc.discovery import Entry, find, load_plugin, prepare
+from alloc.discovery import Entry, find, is_plugin, load_plugin, prepare
 from alloc.errors import NotInstalled
 from alloc.formulations import Family
 from alloc.solvers import slow
@@ -26,7 +24,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("thrustbench")
     group.addoption("--vehicle", action="append", metavar="NAME", help=f"default: {', '.join(VEHICLES)}")
     group.addoption(
-        "--method", action="append", metavar="NAME", help="default: closed forms, exact methods, live solvers"
+        "--method",
+        action="append",
+        metavar="NAME",
+        help="or a file, or exec:COMMAND; default: closed forms, exact methods, live solvers",
     )
     group.addoption("--plugin", action="append", metavar="FILE", default=[], help="a method of your own")
     text = "every method with every start, limits that move, set-up and many(): some twenty minutes"
@@ -38,9 +39,11 @@ def pytest_configure(config: pytest.Config) -> None:
     try:
         for vehicle in config.getoption("vehicle") or ():
             load_vehicle(vehicle)
-        brought = {load_plugin(Path(file)).name for file in config.getoption("plugin")}
-        for method in config.getoption("method") or ():
-            if method not in brought and (missing := find(method).missing):
+        named = config.getoption("method") or []
+        config.option.plugin = [*config.option.plugin, *filter(is_plugin, named)]
+        brought = {load_plugin(name).name for name in config.getoption("plugin")}
+        for method in named:
+            if method not in brought and not is_plugin(method) and (missing := find(method).missing):
                 raise NotInstalled(f"{method}: {missing}")
     except AllocError as error:
         raise pytest.UsageError(str(error)) from None
@@ -65,7 +68,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
         of_calls = (*LABELS, MOVING) if option("all") else LABELS
         metafunc.parametrize("label", of_calls if metafunc.function.__name__ == "test_call" else LABELS[:1])
     if "entry" in metafunc.fixturenames:
-        plugged = [load_plugin(Path(file)) for file in option("plugin")]
+        plugged = [load_plugin(name) for name in dict.fromkeys(option("plugin"))]
         every = option("all")
         compared = [
             e

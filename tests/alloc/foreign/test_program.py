@@ -124,6 +124,21 @@ def test_a_command_that_is_none_is_refused(command: str, says: str) -> None:
         load_plugin(command)
 
 
+def test_a_program_that_remembers_is_told_to_forget(tmp_path: Path) -> None:
+    """``null`` is a line of its own, and a demand that is asked cold is the first one."""
+    says = 'print(\'{"thrustbench": 1, "memory": true}\', flush=True)\n'
+    loop = (
+        "calls = 0\nfor line in sys.stdin:\n"
+        "    calls = 0 if line == 'null\\n' else calls + 1\n"
+        "    print('null' if line == 'null\\n' else [calls] * 4, flush=True)\n"
+    )
+    entry = load_plugin(script(tmp_path, f"{says}{TOLD}{ECHO}{loop}"))
+    assert entry.starts == ("cold", "warm")
+    for start, second in (("cold", 1.0), ("warm", 2.0), ("", 2.0)):
+        allocate = prepare(entry, load_vehicle("ukwial"), start=start)
+        assert [allocate([1.0, 0.0, 0.0]).f[0] for _ in range(2)] == [1.0, second]
+
+
 NEXT = GREETING + TOLD + ECHO + DEMAND
 PREPARED = GREETING + "sys.stdin.readline()\n"
 WRONG = {

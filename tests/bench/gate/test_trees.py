@@ -56,8 +56,8 @@ def test_what_a_plug_in_imports_from_beside_it_is_each_side_s_own(
     both = []
     for source, name in zip(sides, ("base", "head"), strict=True):
         unpack = trees.own if trees.is_own(source) else trees.unpack
-        unpack(source, tmp_path / name, [Path("mine.py")])
-        both.append(SourceTree(tmp_path / name, plugins=(tmp_path / name / "mine.py",)))
+        unpack(source, tmp_path / name, ["mine.py"])
+        both.append(SourceTree(tmp_path / name, plugins=(str(tmp_path / name / "mine.py"),)))
         assert not (tmp_path / name / ".venv").exists()
     base, head = ((tmp_path / name / "lib" / "gains.py").read_text() for name in ("base", "head"))
     assert base != head
@@ -79,4 +79,4 @@ def test_a_package_of_the_user_s_that_is_called_alloc_is_named(tmp_path: Path) -
     (base.path / "alloc" / "__init__.py").touch()
     assert trees.is_own(base)
     with pytest.raises(trees.BadTree, match="has an 'alloc' that is none of this project's; rename it"):
-        trees.own(base, tmp_path / "base", [Path("mine.py")])
+        trees.own(base, tmp_path / "base", ["mine.py"])

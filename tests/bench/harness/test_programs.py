@@ -1,5 +1,6 @@
 """A program's row is judged and timed like others, the pipe's own time beside it."""
 
+import re
 import sys
 from pathlib import Path
 
@@ -33,6 +34,40 @@ def test_a_program_has_a_row_and_one_that_exits_another(tmp_path: Path, bare_run
     assert "ended with exit code 4 in place of an answer" in rows["exits"].reason
     assert f"{mine.method}: the way in takes " in done.output
     assert f"{mine.method}: the way in takes " in (tmp_path / "report.md").read_text()
+
+
+CONDUCT = {
+    "remembers": (
+        "last = []",
+        "last.append(f); f = [a + (len(last) % 2) for a in f]",
+        "depends on earlier calls",
+    ),
+    "leaks": (
+        "kept = []",
+        "kept.append(b'x' * (50000 + len(kept)))",
+        "its memory grows by [0-9.]+ MB in a million",
+    ),
+    "threads": (
+        "import threading, time",
+        "threading.Thread(target=time.sleep, args=(99,), daemon=True).start()",
+        "its calls leave threads behind",
+    ),
+    "calm": ("last = 0.0", "last = f[0]", "^$"),
+}
+
+
+@pytest.mark.long
+def test_each_misconduct_of_a_program_is_named(tmp_path: Path, bare_runs: None) -> None:
+    at, before = "    say([min(", 'say({"thrustbench"'
+    words = ["run", *TINY, f"--out={tmp_path}"]
+    for name, (first, each, _) in CONDUCT.items():
+        text = START.read_text().partition("\n")[2]
+        text = text.replace(at, f"    {each}\n{at}").replace(before, f"{first}\n{before}")
+        words.append(f"--method={script(tmp_path, text, name)}")
+    CliRunner().invoke(cli, words, standalone_mode=False)
+    rows = {row.method: row for row in read_run(tmp_path).rows}
+    for name, (_, _, says) in CONDUCT.items():
+        assert re.search(says, rows[name].wrong or rows[name].reason), (name, rows[name].wrong)
 
 
 @pytest.mark.skipif(bool(missing()), reason=missing() or "-")
