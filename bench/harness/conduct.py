@@ -85,7 +85,7 @@ def _growth(call: Callable[..., Allocation], calls: Sequence[tuple[Any, ...]]) -
             call(*arguments)
         done += len(calls)
     grown = _resident() - before
-    return f"its memory grows by {grown / done:.3g} MB in a million calls" if grown > LEAK_BYTES else ""
+    return f"its memory grows by {grown / done:,.0f} MB in a million calls" if grown > LEAK_BYTES else ""
 
 
 def _resident() -> int:

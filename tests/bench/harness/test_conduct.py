@@ -22,7 +22,7 @@ FAULTS = {
         REMEMBERS,
         "depends on earlier calls: demand [0-9]+, asked again, is answered otherwise, by [0-9.]+ N",
     ),
-    "leaks": ("", "*(volatile char *)malloc(100) = 1;", "its memory grows by [0-9.]+ MB in a million calls"),
+    "leaks": ("", "*(volatile char *)malloc(100) = 1;", "its memory grows by [0-9,]+ MB in a million calls"),
     "prints": (
         "#include <stdio.h>",
         'printf("tau %g\\n", (double)input->tau[0]);',

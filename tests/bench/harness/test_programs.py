@@ -45,7 +45,7 @@ CONDUCT = {
     "leaks": (
         "kept = []",
         "kept.append(b'x' * (50000 + len(kept)))",
-        "its memory grows by [0-9.]+ MB in a million",
+        "its memory grows by [0-9,]+ MB in a million",
     ),
     "threads": (
         "import threading, time",
