@@ -1,6 +1,9 @@
 """Sequential desaturation: cut axes one after another, the least important first, until all thrusts fit."""
 
+import numpy as np
+
 from alloc.allocation import FloatArray
+from alloc.closed_forms.balance import balancing_step
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.closed_forms.saturating import Bounds, Saturating
 from alloc.vehicle import Vehicle
@@ -26,15 +29,15 @@ def build(vehicle: Vehicle) -> Saturating:
     """
     G = generalized_inverse(vehicle)
     order = [vehicle.dof.index(axis) for axis in CUT_ORDER if axis in vehicle.dof]
-    columns = [(axis, G[:, axis].tolist()) for axis in order]
+    columns = [(axis, G[:, axis].tolist(), WEAK * float(np.abs(G[:, axis]).max())) for axis in order]
 
     def desaturate(tau: FloatArray, f: list[float], limits: Bounds) -> tuple[list[float], int]:
         passes = 0
-        for axis, column in columns:
+        for axis, column, weak in columns:
             demand = float(tau[axis])
             share = 1.0
             for weight in (1.0, 0.5):
-                step = weight * _step(f, column, limits.pairs)
+                step = weight * balancing_step(f, column, limits.pairs, weak)
                 if step == 0.0 or demand == 0.0:
                     break
                 kept = min(max(share + step / demand, 0.0), share)
@@ -44,15 +47,3 @@ def build(vehicle: Vehicle) -> Saturating:
         return f, passes
 
     return Saturating(vehicle, FORMULATION, desaturate)
-
-
-def _step(f: list[float], column: list[float], limits: list[tuple[float, float]]) -> float:
-    """Amount of the axis to add [N, N m] so that the worst excess on either side is balanced; 0 if none."""
-    weak = WEAK * max(map(abs, column))
-    least = most = 0.0
-    for x, c, (low, high) in zip(f, column, limits, strict=True):
-        if low <= x <= high or abs(c) <= weak:
-            continue
-        step = ((low if x < low else high) - x) / c
-        least, most = min(least, step), max(most, step)
-    return least + most

@@ -1,4 +1,4 @@
-"""ArduSub's frames as tables of factors, and the autopilot of a vehicle: its frame, motors and directions.
+"""ArduSub's frames as tables of factors, a vehicle's frame, motors and directions, and PX4's coefficients.
 
 Facts read in libraries/AP_Motors/AP_Motors6DOF.cpp of Williangalvani/ardupilot at commit 0899be29b0e3, where
 the three output functions are merged (ArduPilot's pull request 34182, open in September 2026). The factors
@@ -71,6 +71,9 @@ motor."""
 SENSE: Mapping[str, tuple[float, ...]] = {"frd": (1, 1, -1, 1, 1, 1), "flu": (1, -1, 1, 1, -1, -1)}
 """Signs of ArduSub's six inputs, in the order of DOF, along the axes of each body frame."""
 
+LARGEST_CT = 100.0
+"""Largest CA_ROTORn_CT that PX4's module.yaml of its control allocator takes."""
+
 
 @dataclass(frozen=True, eq=False)
 class Autopilot:
@@ -99,6 +102,12 @@ class Autopilot:
         rows = np.array(FRAMES[self.frame])[np.array(self.motors) - 1]
         signed: FloatArray = np.array(self.directions)[:, None] * rows + 0.0
         return signed
+
+
+def px4_coefficients(f_max: FloatArray) -> tuple[FloatArray, float]:
+    """CA_ROTORn_CT of thrusters (n,), and the thrust of CT 1 [N], above 1 where PX4's range asks for it."""
+    unit = max(1.0, float(f_max.max()) / LARGEST_CT)
+    return f_max / unit, unit
 
 
 def frame_named(name: str, n: int) -> str:

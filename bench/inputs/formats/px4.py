@@ -16,7 +16,9 @@ from alloc import Vehicle
 from alloc.errors import VehicleError
 from alloc.files.textfile import read_text
 from alloc.vehicle import LARGEST
+from alloc.vehicle.autopilot import px4_coefficients
 from alloc.vehicle.file import poses, reaction_torques
+from alloc.vehicle.frame import TURN
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.keys import VehicleFile
 from bench.inputs.draft import Draft, mismatch
@@ -28,8 +30,8 @@ UNUSED = AXES | {"CT": 6.5}
 """Values of unused rotors in a file of all parameters, as floats of 32 bits."""
 HELD = frozenset({"frame", "T", "planar", "thrusters", "center_of_mass", "reaction_torque", "f_min", "f_max"})
 """Keys of a vehicle file that the parameters hold, or are made of; PX4 always has all six axes."""
-ROTORS, LARGEST_CT = 12, 100.0
-"""Most rotors, and the largest CT, of PX4's module.yaml of its control allocator."""
+ROTORS = 12
+"""Most rotors of PX4's module.yaml of its control allocator."""
 MOTORS_6DOF = 7
 """CA_AIRFRAME of a vehicle whose motors make all six forces and moments."""
 FLOAT, INT = 9, 6
@@ -134,10 +136,10 @@ def write(keys: VehicleFile, vehicle: Vehicle) -> str:
     """
     _check_writable(keys, vehicle)
     mounting = poses(keys, vehicle.T)
-    down = np.array([1.0, 1.0, 1.0] if vehicle.frame == "frd" else [1.0, -1.0, -1.0])
+    down = np.ones(3) if vehicle.frame == "frd" else TURN
     positions, axes = (mounting.positions - mounting.center) * down, mounting.directions * down
-    unit = max(1.0, vehicle.f_max.max() / LARGEST_CT)
-    values = np.column_stack([positions, axes, vehicle.f_max / unit, 0.0 - reaction_torques(keys, vehicle.n)])
+    coefficients, unit = px4_coefficients(vehicle.f_max)
+    values = np.column_stack([positions, axes, coefficients, 0.0 - reaction_torques(keys, vehicle.n)])
     reversible = sum(1 << i for i, low in enumerate(vehicle.f_min.tolist()) if low < 0)
     lines = [
         f"# {keys.name}, written by thrustbench",

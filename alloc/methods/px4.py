@@ -1,0 +1,158 @@
+"""PX4's allocation of an underwater vehicle: a scaled pseudoinverse, then axes give way one by one."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from alloc.allocation import BoolArray, FloatArray
+from alloc.closed_forms.balance import balancing_step
+from alloc.closed_forms.saturating import Bounds, Saturating
+from alloc.errors import NotApplicable
+from alloc.formulations.px4 import FORMULATION as ANSWERED
+from alloc.vehicle import Vehicle
+from alloc.vehicle.autopilot import px4_coefficients
+from alloc.vehicle.frame import turned
+from alloc.vehicle.geometry import DOF
+
+FORMULATION = ANSWERED.name
+NAMED_ONLY = True  # what PX4 does with any vehicle: of interest to who flies it
+
+FORCES, ROLL, PITCH, YAW, HEAVE = slice(0, 3), 3, 4, 5, 2
+"""Places in DOF."""
+SMALL = 1e-3
+"""Entry of the pseudoinverse, and of its scaled columns, that counts as 0 [-]."""
+EPSILON = 2.0**-23
+"""PX4's FLT_EPSILON: a scale below divides nothing [-]."""
+WEAK = 0.2
+"""Entry of a scaled column below which an output does not give way along it [-]."""
+YAW_MARGIN = 0.15
+"""Share of an output's range by which yaw may exceed it, at the cost of heave [-]."""
+STOPPED = 0.02
+"""Output below which a motor is stopped [-]."""
+
+Limits = list[tuple[float, float]]
+
+
+class Mixing(NamedTuple):
+    """PX4's two matrices of a vehicle.
+
+    Attributes
+    ----------
+    effectiveness : (6, n) force and moment of each output at 1, rows as DOF, in frd [CT, CT m]
+    mix : (n, 6) outputs of each setpoint at 1 [-]
+    scales : (6,) setpoint of the force or moment 1 [1/CT, 1/(CT m)]
+    """
+
+    effectiveness: FloatArray
+    mix: FloatArray
+    scales: FloatArray
+
+
+def build(vehicle: Vehicle) -> Saturating:
+    """Prepare f = thrust(u), u PX4's outputs with the parameters of ``export --format px4``.
+
+    After PX4/PX4-Autopilot at 00202eb379b7, CA_AIRFRAME 7 (UUV) and CA_METHOD automatic, airmode off.
+    Thrust is linear in an output, from f_min at -1 to f_max at 1; PX4 takes it as alike on both sides. A
+    thruster that is off is out of the effectiveness, as CA_FAILURE_MODE 1 has it. Limits of the call cut
+    outputs afterwards, as CA_Rn_SLEW does. Left out: UUV_THRUST_SAT and UUV_TORQUE_SAT, which cut setpoints
+    before. Raises NotApplicable where a working thruster has no f_max above 0 to be its CT.
+    """
+    coefficients, unit = px4_coefficients(vehicle.f_max)
+    if not (coefficients[vehicle.working] > 0).all():
+        raise NotApplicable(f"px4: f_max of a thruster of {vehicle.name} is not above 0, so it has no CT")
+    mixing = make_mixing(_rows(vehicle) * coefficients)  # 0 of a thruster that is off
+    astern, ahead = -vehicle.f_min, vehicle.f_max
+    limits = [(-1.0 if low < 0 else 0.0, 1.0) for low in vehicle.f_min.tolist()]
+    axes = [DOF.index(axis) for axis in vehicle.dof]
+
+    def one(tau: FloatArray, f: list[float], call: Bounds) -> tuple[list[float], int]:
+        asked = np.zeros(len(DOF))
+        asked[axes] = (tau if vehicle.frame == "frd" else turned(tau, vehicle.dof)) / unit
+        u = stop_small(desaturated(mixing.mix, asked * mixing.scales, limits), limits)
+        made: list[float] = (u * np.where(u > 0, ahead, astern)).tolist()
+        return made, 1
+
+    return Saturating(vehicle, FORMULATION, one, start=np.zeros((vehicle.n, vehicle.k)))
+
+
+def _rows(vehicle: Vehicle) -> FloatArray:
+    """(6, n) force and moment of each thrust in frd: those of poses, else the rows of T."""
+    rows = np.zeros((len(DOF), vehicle.n))
+    rows[[DOF.index(axis) for axis in vehicle.dof]] = vehicle.T
+    if vehicle.poses is not None:
+        rows = vehicle.poses
+    return rows if vehicle.frame == "frd" else turned(rows, DOF)
+
+
+def make_mixing(effectiveness: FloatArray, *, normalize: bool = True) -> Mixing:
+    """The scaled pseudoinverse of an effectiveness (6, n), moments unscaled without ``normalize``.
+
+    Roll and pitch share one scale, the larger of both columns' lengths over the root of half their number
+    of entries; yaw's is its largest entry; a force's the mean size of its entries.
+    """
+    mix = np.asarray(np.linalg.pinv(effectiveness), dtype=np.float64)
+    scales = np.ones(len(DOF))
+    if normalize:
+        scales[[ROLL, PITCH]] = max(_root(mix[:, ROLL]), _root(mix[:, PITCH]))
+        scales[YAW] = mix[:, YAW].max(initial=0.0)
+    for axis in (2, 1, 0):
+        entries = np.abs(mix[:, axis])
+        there = np.count_nonzero(entries > EPSILON)
+        scales[axis] = entries.sum() / there if there else scales[HEAVE]
+    scales = np.where(_divides(scales), scales, 1.0)
+    mix /= scales
+    mix[np.abs(mix) < SMALL] = 0.0
+    return Mixing(effectiveness, mix, scales)
+
+
+def _root(column: FloatArray) -> float:
+    there = np.count_nonzero(np.abs(column) > SMALL)
+    return float(np.sqrt((column @ column) / (there / 2))) if there else 1.0
+
+
+def _divides(scales: FloatArray) -> BoolArray:
+    """(6,) scales that divide: all forces by surge's, roll and pitch by roll's."""
+    asked = scales > EPSILON
+    asked[FORCES], asked[PITCH] = asked[0], asked[ROLL]
+    return asked
+
+
+def desaturated(mix: FloatArray, asked: FloatArray, limits: Limits) -> FloatArray:
+    """Outputs (n,) of six setpoints: heave, roll, pitch, then yaw give way; surge and sway never do.
+
+    Heave only moves towards +z, which is less thrust of a multirotor, so that a vehicle that pushes itself
+    down saves roll and pitch less than one that pushes itself up.
+    """
+    columns = mix.T
+    without_yaw = asked.copy()
+    without_yaw[YAW] = 0.0
+    u = _giving_way(mix @ without_yaw, columns[HEAVE], limits, only_up=True)
+    for axis in (ROLL, PITCH):
+        u = _giving_way(u, columns[axis], limits)
+    wide = [(low, high + YAW_MARGIN * (high - low)) for low, high in limits]
+    u = _giving_way(u + columns[YAW] * asked[YAW], columns[YAW], wide)
+    return _giving_way(u, columns[HEAVE], limits, only_up=True)
+
+
+def _giving_way(u: FloatArray, column: FloatArray, limits: Limits, *, only_up: bool = False) -> FloatArray:
+    """Outputs moved along a column by the balancing step and half of a second one."""
+    entries = column.tolist()
+    first = balancing_step(u.tolist(), entries, limits, WEAK)
+    if only_up and first < 0.0:
+        return u
+    u = u + first * column
+    made: FloatArray = u + 0.5 * balancing_step(u.tolist(), entries, limits, WEAK) * column
+    return made
+
+
+def stop_small(u: FloatArray, limits: Limits) -> FloatArray:
+    """Outputs cut at their limits, those below STOPPED 0."""
+    low, high = np.array(limits).T
+    made: FloatArray = np.where(np.abs(u) < STOPPED, 0.0, np.clip(u, low, high))
+    return made
+
+
+def unallocated(mixing: Mixing, asked: FloatArray, u: FloatArray) -> FloatArray:
+    """(6,) setpoints that PX4 reports as not allocated by outputs u (n,) (control_allocator_status)."""
+    left: FloatArray = asked - (mixing.effectiveness @ u) * mixing.scales
+    return left
