@@ -23,6 +23,7 @@ from alloc.reach.volumes import (
 from bench.demands import DemandSet, along_axes, build_demands, labelled
 from bench.demands.store import Case
 from bench.demands.strong import axis_maxima, strong_demands, strong_vehicle, unasked_weak_axes
+from bench.judging.fuse import fuse_cost
 from bench.judging.judge import judge, rounded
 from bench.judging.last_metre import last_metre
 from bench.judging.loss import direction_error_deg, relative_wrench_error
@@ -299,6 +300,7 @@ def _without_methods(vehicle: Vehicle, seed: int) -> Capability:
         names=list(vehicle.names),
         last_metre=last_metre(vehicle, seed),
         weak_costs=axis_costs(vehicle),
+        fuse=fuse_cost(vehicle, seed),
     )
 
 

@@ -1,6 +1,7 @@
 """Record of a run: facts as they were measured, one line each, written and read here."""
 
 from bench.record.file import FILE_NAME, PACKED, Record, RecordError, parse, read
+from bench.record.fuse import FuseCost, FuseWay
 from bench.record.measured import (
     FARTHER,
     SERVED_WITHIN,
@@ -51,6 +52,8 @@ __all__ = [
     "Emulated",
     "Event",
     "FailureCost",
+    "FuseCost",
+    "FuseWay",
     "Header",
     "Judged",
     "Key",

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import msgspec
 
+from bench.record.fuse import FuseCost
 from bench.record.unannounced import FailureCost
 
 Count = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
@@ -392,6 +393,7 @@ class Capability(msgspec.Struct, tag="capability", kw_only=True, omit_defaults=T
     planes : sections to draw
     weak_costs : what methods make along each axis; empty for a vehicle without weak directions
     failure_costs : of failures, announced and not; empty for a vehicle with one thruster
+    fuse : what the cap costs; None for a vehicle without
     """
 
     vehicle: str
@@ -406,6 +408,7 @@ class Capability(msgspec.Struct, tag="capability", kw_only=True, omit_defaults=T
     last_metre: list[LastMetre] = []
     weak_costs: list[AxisCost] = []
     failure_costs: list[FailureCost] = []
+    fuse: FuseCost | None = None
 
     def __post_init__(self) -> None:
         """Raise ValueError, which the reader names with its line, where an axis lacks its ends."""

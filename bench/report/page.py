@@ -5,7 +5,17 @@ from pathlib import Path
 
 from alloc import AllocError
 from bench.record import RecordError
-from bench.report.sections import capability, cost, emulation, facts, headline, losses, unannounced, weak
+from bench.report.sections import (
+    capability,
+    cost,
+    emulation,
+    facts,
+    fuse,
+    headline,
+    losses,
+    unannounced,
+    weak,
+)
 from bench.results.columns import Row
 from bench.results.ranking import best_rows, loss_text, representatives, served_text, shortlist
 from bench.results.rows import Run
@@ -15,6 +25,7 @@ Section = Callable[[Run, frozenset[str]], str]
 FIRST: tuple[Section, ...] = (
     headline.opening,
     weak.weak,
+    fuse.fuse,
     facts.frames,
     facts.logs,
     cost.onboard,

@@ -214,3 +214,18 @@ def weak_notes(run: Run) -> list[str]:
             note += f"; of {worst.axis} {worst.demand:.3g} {unit(worst.axis)}: {each}"
         notes.append(f"{note}.")
     return notes
+
+
+def fuse_notes(run: Run) -> list[str]:
+    """A sentence for each vehicle with a cap: the share of the largest that each way to keep it delivers."""
+    notes = []
+    for vehicle in run.vehicles:
+        capability = run.capability(vehicle)
+        if capability is None or (cost := capability.fuse) is None:
+            continue
+        each = "; ".join(f"{way.way} {percent(way.share_p50)}" for way in cost.ways[1:])
+        notes.append(
+            f"{vehicle}: the cap leaves {three(cost.amps)} A of {three(cost.most)} A. Delivered, over the"
+            f" largest share there is, medians: {each}."
+        )
+    return notes

@@ -12,6 +12,7 @@ import numpy as np
 
 from alloc import Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
+from bench.judging.fuse import each_at
 
 CAP, VOLTS = 20.0, 12.0
 VEHICLES = ("bluerov2", "bluerov2-heavy")
@@ -23,26 +24,12 @@ RATIOS = (
 )
 
 
-def each_at(vehicle: Vehicle, amps: float) -> tuple[FloatArray, FloatArray]:
-    """Limits (n,) at which each thruster draws so many amperes, or its own where these draw less [N]."""
-    low, high = vehicle.limits(volts=VOLTS)
-    draw, nearer = vehicle.draw(VOLTS), []
-    for side in (low, high):
-        least, most = np.zeros(vehicle.n), np.ones(vehicle.n)
-        for _ in range(60):
-            middle = (least + most) / 2
-            fits = draw.amps(middle * side) <= amps
-            least, most = np.where(fits, middle, least), np.where(fits, most, middle)
-        nearer.append(least * side)
-    return nearer[0], nearer[1]
-
-
 def compared(vehicle: Vehicle, directions: int) -> dict[str, FloatArray]:
     """Ratios (directions,) of shares, and of the currents for one wrench."""
     rng, draw = np.random.default_rng(2004), vehicle.draw(VOLTS)
     low, high = vehicle.limits(volts=VOLTS)
     scaled, frugal = build("scaled", vehicle), build("frugal", vehicle)
-    held = each_at(vehicle, CAP / vehicle.n)
+    held = each_at(draw, (low, high), CAP / vehicle.n)
     rows = []
     for f in rng.uniform(low, high, (directions, vehicle.n)):
         tau = vehicle.strong.TP @ f

@@ -10,6 +10,7 @@ from bench.report.pictures import picture
 from bench.report.verdict import (
     cut_log_notes,
     first_methods,
+    fuse_notes,
     opening_loop,
     opening_sizes,
     rate_note,
@@ -48,10 +49,10 @@ def opening(run: Run, drawn: frozenset[str]) -> str:
         return ""
     name = machine_name(run.record.header.machine)
     cut = "".join(f" {sentence}" for sentence in cut_log_notes(run, plain))
+    said += [*weak_notes(run), *fuse_notes(run), *rate_note(run)]
     return "\n".join(
         [
-            "\n".join(f"- {plain(sentence)}" for sentence in [*said, *weak_notes(run), *rate_note(run)])
-            + "\n",
+            "\n".join(f"- {plain(sentence)}" for sentence in said) + "\n",
             f"How sure: {plain(name)} was {plain(trust_note(run))}"
             f" Another rate than {opening_loop(run).rate_hz:g} Hz: `thrustbench size DIR --rate HZ`.{cut}\n",
             picture("overview.svg", "what a call costs, and what is lost without limits", drawn),

@@ -1,0 +1,47 @@
+"""Report section on a cap of current: the cost of each way to keep it, over all directions and by axis."""
+
+from alloc.vehicle.geometry import unit
+from bench.record import Capability, FuseCost, FuseWay
+from bench.results.rows import Run
+from bench.results.text import percent, plain, table, three
+
+FUSE = """## What the fuse costs
+
+The vehicle's file has a cap on what all thrusters draw together. *Share* is how much of a demand a way
+delivers below the cap, over the largest share there is: median of demands drawn evenly from what the whole
+vehicle can do, then the worst. *Current* is what a way draws, over the least for the same wrench. The second
+table has the most along each axis alone. By the model: the currents are those of the file, made convex.
+"""
+
+
+def fuse(run: Run, drawn: frozenset[str]) -> str:
+    """A table of shares and currents and one by axis, for each vehicle with a cap."""
+    parts = [
+        part
+        for vehicle in run.vehicles
+        if (capability := run.capability(vehicle)) and capability.fuse
+        for part in _vehicle(capability, capability.fuse)
+    ]
+    return "\n".join([FUSE, *parts]) if parts else ""
+
+
+def _vehicle(capability: Capability, cost: FuseCost) -> list[str]:
+    at = "" if cost.volts is None else f" at {cost.volts:g} V"
+    headers = ["way", *(f"{axis} [{unit(axis)}]" for axis in capability.dof)]
+    return [
+        f"### {plain(capability.vehicle)}, {three(cost.amps)} A of {three(cost.most)} A{at}\n",
+        table(
+            ("way", "share", "worst share", "current", "most current"),
+            [
+                [way.way, *map(percent, (way.share_p50, way.share_min, way.amps_p50, way.amps_max))]
+                for way in cost.ways
+            ],
+        ),
+        table(headers, [[way.way, *_ends(way)] for way in cost.ways]),
+    ]
+
+
+def _ends(way: FuseWay) -> list[str]:
+    """The most along each axis: its two ends, or one number where they are equal."""
+    ends = zip(map(three, way.axis_min), map(three, way.axis_max), strict=True)
+    return [f"± {most}" if least == f"-{most}" else f"{least} … {most}" for least, most in ends]

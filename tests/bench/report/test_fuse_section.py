@@ -1,0 +1,57 @@
+"""The report says what a cap costs: by way, by axis and in a sentence; without a cap, nothing."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from bench.record import Capability, FuseCost, FuseWay
+from bench.report.page import page
+from bench.report.sections.fuse import fuse
+from bench.report.verdict import fuse_notes
+from bench.results.rows import Run
+from tests import made_up
+
+
+def way(name: str, share: float) -> FuseWay:
+    ends = {"axis_min": [-3.0 * share, -2.0, -1.0], "axis_max": [4.0 * share, 2.0, 1.0]}
+    return FuseWay(way=name, share_p50=share, share_min=share / 2, amps_p50=1.25, amps_max=1.5, **ends)
+
+
+@pytest.fixture
+def capped() -> Capability:
+    ways = [way("largest", 1.0), way("apart", 0.5)]
+    return made_up.capability(fuse=FuseCost(amps=22.0, volts=12.0, most=137.0, n_demands=100, ways=ways))
+
+
+def run_with(tmp_path: Path, capability: Capability) -> Run:
+    return made_up.run(tmp_path, made_up.problem("ukwial"), made_up.cell("pinv"), capability)
+
+
+def test_the_section_has_shares_currents_and_the_most_along_each_axis(
+    tmp_path: Path, capped: Capability
+) -> None:
+    run = run_with(tmp_path, capped)
+    text = fuse(run, frozenset())
+    assert "### ukwial, 22.0 A of 137 A at 12 V" in text
+    assert re.search(r"\| apart +\| +50.0 % +\| +25.0 % +\| +125 % +\| +150 % +\|", text)
+    assert re.search(r"\| apart +\| -1.50 … 2.00 +\| ± 2.00 +\| ± 1.00 +\|", text)
+    assert text in page(run, frozenset())
+
+
+def test_the_overview_says_what_each_way_but_the_largest_delivers(tmp_path: Path, capped: Capability) -> None:
+    (said,) = fuse_notes(run_with(tmp_path, capped))
+    assert said.startswith("ukwial: the cap leaves 22.0 A of 137 A.")
+    assert said.endswith("apart 50.0 %.")
+    assert "largest 100" not in said
+
+
+def test_the_cost_survives_the_record_and_a_vehicle_without_a_cap_has_no_section(
+    tmp_path: Path, capped: Capability
+) -> None:
+    read = run_with(tmp_path, capped).capability("ukwial")
+    assert read is not None
+    assert read.fuse == capped.fuse
+    run = run_with(tmp_path, made_up.capability())
+    assert fuse(run, frozenset()) == ""
+    assert fuse_notes(run) == []
