@@ -26,11 +26,11 @@ def command(
 ) -> None:
     """Say what a log (CSV, ROS bag, PX4 ULog) asks of a vehicle.
 
-    Rate, gaps, labels, and what a closed form could serve. With --from-outputs, of a log of commands to the
-    ESCs (ArduPilot .BIN, PX4 ULog, CSV with u0, u1, …): which wrench they made by the vehicle's `esc`, how
-    often a thruster stood at its end or in its dead band, and what of the demand was left undone. -o writes
-    the wrenches that were made. With --accelerations, of a CSV with a_surge, …, v_surge, … too: how ready
-    each thruster was, with an interval, and which ones are weak.
+    Rate, gaps, labels, what a closed form could serve, and the energy where the vehicle has a cap. With
+    --from-outputs, of a log of commands to the ESCs (ArduPilot .BIN, PX4 ULog, CSV with u0, u1, …): which
+    wrench they made by the vehicle's `esc`, how often a thruster stood at its end or in its dead band, and
+    what of the demand was left undone. -o writes the wrenches that were made. With --accelerations, of a CSV
+    with a_surge, …, v_surge, … too: how ready each thruster was, with an interval, and which ones are weak.
     """
     not_over(output, log)
     if accelerations and not from_outputs:
@@ -41,17 +41,18 @@ def command(
     from alloc import load_vehicle
     from alloc.files.textfile import write_text
     from bench.demands import labelled
-    from bench.demands.log_summary import demands_text, summarise
+    from bench.demands.log_summary import demands_text, hold_times, summarise
     from bench.inputs.demand_csv import format_demands
     from bench.inputs.log_limits import row_limits
     from bench.inputs.logs import log_for, rate_hz
+    from bench.judging.energy import energy_lines
 
     answering = load_vehicle(vehicle)
     read = log_for(answering, log, read_options(**options))
     t, taus, columns = read.t, read.taus, read.columns
     low, high = row_limits(log, columns, answering)
     demands = labelled(log.stem, answering, taus, low, high, rate_hz=rate_hz(t))
-    echo(demands_text(summarise(demands, t), demands))
+    echo(demands_text(summarise(demands, t), demands, energy_lines(demands, hold_times(t))))
     if output is not None:
         write_text(output, format_demands(t, taus, answering.dof, columns, frame=answering.frame))
     echo(read.said, err=True)  # at last, since a refusal is one line

@@ -48,21 +48,27 @@ class Summary:
     largest: FloatArray
 
 
-def summarise(demands: DemandSet, t: FloatArray | None) -> Summary:
-    """The Summary of a labelled log with times ``t`` (N,) [s] or None.
+def hold_times(t: FloatArray | None) -> FloatArray | None:
+    """Time (N,) for which each demand of times ``t`` (N,) holds [s]; None for a log without times.
 
-    Each demand holds until the next one, but over a gap for one median step only: nobody knows what was
-    demanded in between.
+    A demand holds until the next one, but over a gap for one median step only: nobody knows what was demanded
+    in between.
     """
-    steps = None if t is None or len(t) < 2 else np.diff(t)
-    held = np.ones(len(demands.taus))
+    if t is None or len(t) < 2 or not np.median(np.diff(t)) > 0:
+        return None
+    steps, median = np.diff(t), float(np.median(np.diff(t)))
+    steps[[i - 1 for i in after_gaps(t)]] = median
+    return np.append(steps, median)
+
+
+def summarise(demands: DemandSet, t: FloatArray | None) -> Summary:
+    """The Summary of a labelled log with times ``t`` (N,) [s] or None."""
+    times = hold_times(t)
+    held = np.ones(len(demands.taus)) if times is None else times
     duration = gaps = longest = None
-    if steps is not None and t is not None and np.median(steps) > 0:
-        median = float(np.median(steps))
-        is_gap = np.isin(np.arange(1, len(t)), after_gaps(t))
-        held = np.append(np.where(is_gap, median, steps), median)
-        duration, gaps = float(t[-1] - t[0]), int(is_gap.sum())
-        longest = float(steps[is_gap].max(initial=0.0))
+    if times is not None and t is not None:
+        jumps = np.diff(t)[[i - 1 for i in after_gaps(t)]]
+        duration, gaps, longest = float(t[-1] - t[0]), len(jumps), float(jumps.max(initial=0.0))
     share = {label: float(held[demands.labels == label].sum() / held.sum()) for label in Label}
     outside = demands.unmet
     timed = duration is not None
@@ -82,8 +88,8 @@ def summarise(demands: DemandSet, t: FloatArray | None) -> Summary:
     )
 
 
-def demands_text(summary: Summary, demands: DemandSet) -> str:
-    """The Summary as lines of ``what  how much``."""
+def demands_text(summary: Summary, demands: DemandSet, more: Sequence[tuple[str, str]] = ()) -> str:
+    """The Summary, and ``more``, as lines of ``what  how much``."""
     s, vehicle = summary, demands.vehicle
     lines, base = [("demands", str(s.n))], "demands"
     if s.duration_s is not None and s.rate_hz is not None:
@@ -100,7 +106,7 @@ def demands_text(summary: Summary, demands: DemandSet) -> str:
     lines.append(("smallest alpha*", f"{s.alpha_min:.3g}"))
     for axis, largest in zip(vehicle.dof, s.largest, strict=True):
         lines.append((f"largest {axis}", f"{largest:.4g} {unit(axis)}"))
-    return aligned(lines)
+    return aligned([*lines, *more])
 
 
 def aligned(lines: Sequence[tuple[str, str]]) -> str:

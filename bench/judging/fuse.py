@@ -15,6 +15,7 @@ from alloc.reach.volumes import uniform_demands
 from alloc.vehicle.current import Draw
 from alloc.vehicle.limits import Interval
 from bench.demands.strong import strong_vehicle, unasked_weak_axes
+from bench.judging.energy import missions_power
 from bench.judging.judge import rounded
 from bench.record import FuseCost, FuseWay
 
@@ -118,6 +119,7 @@ def fuse_cost(vehicle: Vehicle, seed: int) -> FuseCost | None:
         most=rounded(float(np.maximum(*map(draw.amps, limits)).sum())),
         n_demands=DIRECTIONS,
         ways=found,
+        powers=[] if volts is None else missions_power(vehicle, volts, seed),
     )
 
 

@@ -1,4 +1,4 @@
-"""Cost of a cap on what all thrusters draw together: shares, currents and wrenches of ways to keep it."""
+"""Cost of a cap on what all thrusters draw together, by ways to keep it, and the power that demands take."""
 
 import msgspec
 
@@ -23,6 +23,33 @@ class FuseWay(msgspec.Struct, kw_only=True):
     axis_max: list[float]
 
 
+class Power(msgspec.Struct, kw_only=True):
+    """Mean power of demands over time, by least effort and at least current for the same wrenches.
+
+    Attributes
+    ----------
+    demands : name of the set, or of the log
+    n : demands that the means are of
+    seconds : time of all demands
+    effort_W, least_W : by least effort, and at least current [W]
+    """
+
+    demands: str
+    n: int
+    seconds: float
+    effort_W: float
+    least_W: float
+
+    @property
+    def words(self) -> str:
+        """Both energies, and the part of the first that the second saves."""
+        effort, least = (watts * self.seconds / 3600.0 for watts in (self.effort_W, self.least_W))
+        return (
+            f"{effort:.3g} Wh by least effort, {least:.3g} Wh at least current:"
+            f" {100 * (1 - self.least_W / self.effort_W):.2g} % less"
+        )
+
+
 class FuseCost(msgspec.Struct, kw_only=True):
     """Cost of a cap by each way to keep it.
 
@@ -33,6 +60,7 @@ class FuseCost(msgspec.Struct, kw_only=True):
     most : current of all thrusters at their limits [A]
     n_demands : directions of demands that the shares are of
     ways : the largest share there is first
+    powers : of the missions; empty where nothing says a voltage
     """
 
     amps: float
@@ -40,3 +68,4 @@ class FuseCost(msgspec.Struct, kw_only=True):
     most: float
     n_demands: int
     ways: list[FuseWay]
+    powers: list[Power] = []

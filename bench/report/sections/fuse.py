@@ -38,6 +38,7 @@ def _vehicle(capability: Capability, cost: FuseCost) -> list[str]:
             ],
         ),
         table(headers, [[way.way, *_ends(way)] for way in cost.ways]),
+        *(f"Energy of {power.demands}, {three(power.seconds)} s: {power.words}.\n" for power in cost.powers),
     ]
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.record import Capability, FuseCost, FuseWay
+from bench.record import Capability, FuseCost, FuseWay, Power
 from bench.report.page import page
 from bench.report.sections.fuse import fuse
 from bench.report.verdict import fuse_notes
@@ -21,7 +21,9 @@ def way(name: str, share: float) -> FuseWay:
 @pytest.fixture
 def capped() -> Capability:
     ways = [way("largest", 1.0), way("apart", 0.5)]
-    return made_up.capability(fuse=FuseCost(amps=22.0, volts=12.0, most=137.0, n_demands=100, ways=ways))
+    powers = [Power(demands="mission", n=100, seconds=1800.0, effort_W=100.0, least_W=98.0)]
+    cost = FuseCost(amps=22.0, volts=12.0, most=137.0, n_demands=100, ways=ways, powers=powers)
+    return made_up.capability(fuse=cost)
 
 
 def run_with(tmp_path: Path, capability: Capability) -> Run:
@@ -36,6 +38,7 @@ def test_the_section_has_shares_currents_and_the_most_along_each_axis(
     assert "### ukwial, 22.0 A of 137 A at 12 V" in text
     assert re.search(r"\| apart +\| +50.0 % +\| +25.0 % +\| +125 % +\| +150 % +\|", text)
     assert re.search(r"\| apart +\| -1.50 … 2.00 +\| ± 2.00 +\| ± 1.00 +\|", text)
+    assert "mission, 1800 s: 50 Wh by least effort, 49 Wh at least current: 2 % less" in text
     assert text in page(run, frozenset())
 
 
