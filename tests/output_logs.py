@@ -12,7 +12,7 @@ from alloc.allocation import FloatArray
 
 FORMATS = {
     "PARM": (64, "QNff", "TimeUS,Name,Value,Default"),
-    "BAT": (66, "QBf", "TimeUS,Inst,Volt"),
+    "BAT": (66, "QBff", "TimeUS,Inst,Volt,Curr"),
     "ATT": (68, "Qffffff", "TimeUS,DesRoll,Roll,DesPitch,Pitch,DesYaw,Yaw"),
     "RATE": (67, "Qfff", "TimeUS,ROut,POut,YOut"),
 }
@@ -33,8 +33,11 @@ def write_bin(
     outputs: tuple[int, ...] = (),
     functions: tuple[int, ...] = tuple(range(33, 41)),
     second_pack: FloatArray | None = None,
+    amps: FloatArray | None = None,
 ) -> Path:
     """A dataflash log of eight outputs; motor 1 is on output ``first_motor``, the others follow.
+
+    Without ``amps`` nothing measures the current, which is NaN then, as in ArduPilot.
 
     With ``outputs`` of the motors, from 1 to 32, the log has RCOU, RCO2 and RCO3 as ArduPilot writes them:
     one after the other, each only where one of its outputs is in use.
@@ -64,12 +67,13 @@ def write_bin(
         put(64, 1, f"SERVO{output + 1}_FUNCTION".encode(), float(functions[motor]), 0.0)
         put(64, 1, f"MOT_{motor + 1}_DIRECTION".encode(), -1.0 if motor + 1 in mirrored else 1.0, 0.0)
     packs = [volts] if second_pack is None else [volts, second_pack]
-    for time, row, asked, *measured in zip(t, u, rate, *packs, strict=True):
+    currents = np.full(len(t), np.nan) if amps is None else amps
+    for time, row, asked, current, *measured in zip(t, u, rate, currents, *packs, strict=True):
         stamp = 1_000_000 + round(time * 1e6)
         wire = np.zeros(32, dtype=int)
         wire[place] = row
         for pack, volt in enumerate(measured):
-            put(66, stamp, pack, volt)
+            put(66, stamp, pack, volt, current)
         put(67, stamp, *asked)
         put(68, stamp, 1.0, 3.0, 0.0, -1.0, 359.0, 2.0)  # off by 2, 1 and 3 degrees
         for late, (name, (kind, *_)) in enumerate(pulses.items()):
@@ -79,11 +83,18 @@ def write_bin(
     return file
 
 
-def write_outputs_ulog(path: Path, t: FloatArray, u: FloatArray, volts: FloatArray, taus: FloatArray) -> Path:
-    """A ULog of outputs, battery and setpoints (N, 6), by pyulog's own writer."""
+def write_outputs_ulog(
+    path: Path,
+    t: FloatArray,
+    u: FloatArray,
+    volts: FloatArray,
+    taus: FloatArray,
+    amps: FloatArray | None = None,
+) -> Path:
+    """A ULog of outputs, battery and setpoints (N, 6), by pyulog's own writer; PX4 says -1 A for none."""
     messages = {
         "actuator_outputs": {f"output[{i}]": column for i, column in enumerate(u.T)},
-        "battery_status": {"voltage_v": volts},
+        "battery_status": {"voltage_v": volts, "current_a": -np.ones(len(t)) if amps is None else amps},
         "vehicle_thrust_setpoint": {f"xyz[{i}]": column for i, column in enumerate(taus.T[:3])},
         "vehicle_torque_setpoint": {f"xyz[{i}]": column for i, column in enumerate(taus.T[3:])},
     }

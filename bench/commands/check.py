@@ -24,6 +24,7 @@ TITLE = "drawn by thrustbench check"
 @click.option("--failures", is_flag=True, help="Failures that show, look alike, and demands to tell them.")
 @click.option("--noise", default="", metavar="N,…", help="Of a measured wrench, one number or one a DOF.")
 @click.option("-o", "--output", type=PATH, help="With --failures: the demands to fly, as CSV.")
+@click.option("--fit-current", "log", type=PATH, metavar="LOG", help="Fit currents to a log of outputs.")
 @click.option("--autopilot", default="", metavar="A", help="ardusub:FRAME, a parameter file, or key.")
 @click.option("--picture", type=PATH, metavar="FILE", help="An .svg, .pdf or .png [<vehicle>.svg, here].")
 @click.option("--no-picture", is_flag=True, help="Draw nothing.")
@@ -34,6 +35,7 @@ def command(
     failures: bool,
     noise: str,
     output: Path | None,
+    log: Path | None,
     autopilot: str,
     picture: Path | None,
     no_picture: bool,
@@ -44,12 +46,14 @@ def command(
     'esc', as <vehicle>-esc.svg. With --probe the table of the pool is drawn too, as <vehicle>-probe.svg and
     .pdf beside the drawing. With --failures: the smallest loss of each thruster that shows, pairs that look
     alike, and demands to fly that tell the others apart, given the noise of a wrench [N, N m]. With
-    --autopilot: a table of what each input makes; key is the file's own.
+    --autopilot: a table of what each input makes; key is the file's own. With --fit-current: the law of
+    `esc.current` that fits a .BIN or ULog with the battery's current, and what the fit leaves.
     """
     from alloc.lint.autopilot import as_text as factors_as_text
     from alloc.lint.check import check_vehicle
     from alloc.lint.probe import as_text, probes
     from alloc.lint.report import as_table, to_json
+    from bench.judging.current import fit_text
     from bench.judging.weak import weak_lines
 
     if picture is not None and picture.suffix.lower() not in (".svg", ".pdf", ".png"):
@@ -58,6 +62,8 @@ def command(
         raise click.UsageError("--noise and -o are of --failures; give that too")
     if failures and as_json:
         raise click.UsageError("--failures is text, and a CSV with -o; leave out --json")
+    if log is not None and as_json:
+        raise click.UsageError("--fit-current is text; leave out --json")
     report = check_vehicle(vehicle, autopilot)
     drawn, mounting = _read(report.path, autopilot) if report.facts is not None else (None, None)
     tried = probes(drawn) if probe and drawn is not None else None
@@ -70,6 +76,8 @@ def command(
         echo(as_text(tried))
     if failures and drawn is not None:
         echo(_isolation(drawn, noise, output))
+    if log is not None and drawn is not None:
+        echo(fit_text(log, drawn))
     if drawn is not None and mounting is not None and (picture or not (as_json or no_picture)):
         for line in _pictures(report.path, drawn, mounting, picture, probe):
             echo(line, err=as_json)

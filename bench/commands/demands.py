@@ -28,9 +28,10 @@ def command(
 
     Rate, gaps, labels, what a closed form could serve, and the energy where the vehicle has a cap. With
     --from-outputs, of a log of commands to the ESCs (ArduPilot .BIN, PX4 ULog, CSV with u0, u1, …): which
-    wrench they made by the vehicle's `esc`, how often a thruster stood at its end or in its dead band, and
-    what of the demand was left undone. -o writes the wrenches that were made. With --accelerations, of a CSV
-    with a_surge, …, v_surge, … too: how ready each thruster was, with an interval, and which ones are weak.
+    wrench they made by the vehicle's `esc`, how often a thruster stood at its end or in its dead band, what
+    of the demand was left undone, and, where the vehicle has a cap, the battery's current beside the model's.
+    -o writes the wrenches that were made. With --accelerations, of a CSV with a_surge, …, v_surge, … too: how
+    ready each thruster was, with an interval, and which ones are weak.
     """
     not_over(output, log)
     if accelerations and not from_outputs:
@@ -67,6 +68,7 @@ def _outputs(log: Path, name: str, output: Path | None, accelerations: bool, **o
     from bench.demands.log_summary import columns_of, made_by, outputs_text
     from bench.inputs.demand_csv import format_demands, scale_factors
     from bench.inputs.outputs import read_outputs
+    from bench.judging.current import current_lines
 
     given = read_options(**options)
     vehicle = load_vehicle(name)
@@ -80,7 +82,7 @@ def _outputs(log: Path, name: str, output: Path | None, accelerations: bool, **o
         raise DemandError(f"{log}: has no demands that could be scaled; leave out --scale")
     made = made_by(outputs, vehicle, given.scale)
     readiness = _readiness(log, vehicle, outputs, made.f, given.columns) if accelerations else ""
-    echo(outputs_text(made, outputs, vehicle))
+    echo(outputs_text(made, outputs, vehicle, current_lines(vehicle, made.f, outputs)))
     if readiness:
         echo(readiness)
     held = ""

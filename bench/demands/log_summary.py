@@ -246,8 +246,10 @@ def _undone(
     return Undone(axes, missed.mean(axis=0), missed.max(axis=0), share, lost)
 
 
-def outputs_text(made: Delivered, outputs: Outputs, vehicle: Vehicle) -> str:
-    """The numbers as lines of ``what  how much``."""
+def outputs_text(
+    made: Delivered, outputs: Outputs, vehicle: Vehicle, more: Sequence[tuple[str, str]] = ()
+) -> str:
+    """The numbers, and ``more``, as lines of ``what  how much``."""
     lines = [("rows", f"{len(outputs.u)}")]
     if outputs.t is not None:
         lines.append(("duration", f"{outputs.t[-1] - outputs.t[0]:.4g} s, gaps included"))
@@ -278,4 +280,4 @@ def outputs_text(made: Delivered, outputs: Outputs, vehicle: Vehicle) -> str:
             if not np.isnan(undone.attainable):
                 said += f", {lost:.4g} {unit(axis)} of those that could be met"
             lines.append((f"left undone, {axis}", said))
-    return aligned(lines)
+    return aligned([*lines, *more])

@@ -26,6 +26,7 @@ class Outputs(NamedTuple):
     t : (N,) times since the first one [s], never decreasing; None where the log has none
     u : (N, n) commands, in the order of the vehicle's thrusters
     volts : (N,) of the battery [V]; None where the log has none
+    amps : (N,) drawn from the battery [A], NaN where it was not measured; None where the log has none
     taus : (N, k) wrenches demanded at the same times, in the vehicle's frame once read [N, N m]; in shares of
         what the vehicle can do where ``shares`` says so; NaN on axes, or None, of which the log says nothing
     shares : whether ``taus`` are shares, 1 for what the vehicle can do both ways on an axis
@@ -42,6 +43,7 @@ class Outputs(NamedTuple):
     said: str = ""
     stated: Stated = Stated()
     doubt: str = ""
+    amps: FloatArray | None = None
 
 
 def read_outputs(
@@ -211,6 +213,18 @@ def battery_volts(
             " feeds the thrusters, give a CSV with its 'volts'"
         )
     return hold_last(*packs[first], at)[:, 0], doubt
+
+
+def battery_amps(packs: Mapping[int, tuple[FloatArray, FloatArray]], at: FloatArray) -> FloatArray | None:
+    """The current (N,) at some times of the first battery that measured one [A]; None without any.
+
+    Packs are times (M,) and currents (M, 1) by the battery's number; negative or NaN where none was measured.
+    """
+    first = min((i for i, (_, amps) in packs.items() if (amps > 0).any()), default=None)
+    if first is None:
+        return None
+    amps = hold_last(*packs[first], at)[:, 0]
+    return np.where(amps >= 0, amps, np.nan)
 
 
 def hold_last(times: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:

@@ -21,7 +21,15 @@ from alloc.allocation import FloatArray
 from alloc.errors import DemandError, FileError, NotInstalled
 from bench.inputs.frames import Stated
 from bench.inputs.log_files import DAMAGED, parsing, timed
-from bench.inputs.outputs import Outputs, battery_volts, hold_last, join_rows, mirror_doubt, motor_channels
+from bench.inputs.outputs import (
+    Outputs,
+    battery_amps,
+    battery_volts,
+    hold_last,
+    join_rows,
+    mirror_doubt,
+    motor_channels,
+)
 
 SUFFIXES = (".bin",)
 MOTORS = (*range(33, 41), *range(82, 86), *range(160, 180))
@@ -114,6 +122,8 @@ def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]
     for row in rows["BAT"]:
         packs.setdefault(row.get("Inst", row.get("Instance", 0)), []).append(row)
     volts, of_volts = battery_volts(path, {i: _timed(path, each, "Volt") for i, each in packs.items()}, t)
+    measuring = {i: each for i, each in packs.items() if "Curr" in each[0]}
+    amps = battery_amps({i: _timed(path, each, "Curr") for i, each in measuring.items()}, t)
     taus = None
     if rows["RATE"]:
         taus = np.full((len(t), vehicle.k), np.nan)
@@ -136,6 +146,7 @@ def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]
         said=said,
         stated=Stated("frd", "as ArduPilot has it"),
         doubt="; ".join(filter(None, (mirror_doubt(path, vehicle, ways, "MOT_n_DIRECTION"), of_volts))),
+        amps=amps,
     )
 
 

@@ -26,7 +26,15 @@ from alloc.vehicle.geometry import DOF
 from bench.inputs.demand_csv import Demanded
 from bench.inputs.frames import Stated
 from bench.inputs.log_files import DAMAGED, parsing, timed
-from bench.inputs.outputs import Outputs, battery_volts, hold_last, join_rows, mirror_doubt, motor_channels
+from bench.inputs.outputs import (
+    Outputs,
+    battery_amps,
+    battery_volts,
+    hold_last,
+    join_rows,
+    mirror_doubt,
+    motor_channels,
+)
 
 SUFFIXES = (".ulg", ".ulog")
 TOPIC = True
@@ -144,6 +152,10 @@ def _outputs(
         {i: _timed(path, data, "voltage_v") for i, data in sets[BATTERY].items() if "voltage_v" in data},
         times,
     )
+    amps = battery_amps(
+        {i: _timed(path, data, "current_a") for i, data in sets[BATTERY].items() if "current_a" in data},
+        times,
+    )
     taus, of_taus = None, ""
     if any(len(sets[name]) > 1 for name in (THRUST, TORQUE)):
         of_taus = f"{path.name}: several instances of {THRUST} or {TORQUE}; none is compared with the outputs"
@@ -172,6 +184,7 @@ def _outputs(
         said="; ".join(filter(None, (said + lost, odd))),
         stated=PX4,
         doubt="; ".join(filter(None, doubts)),
+        amps=amps,
     )
 
 
