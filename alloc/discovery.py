@@ -10,7 +10,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from alloc.allocation import Allocator
+from alloc.allocation import Allocator, FloatArray
 from alloc.errors import NotInstalled, PluginError, UnknownName, unknown
 from alloc.files.modules import check_for, modules
 from alloc.foreign import COMMAND, is_command, is_compiled, runs_apart
@@ -108,6 +108,7 @@ def generate(
     limits: "Where" = "fixed",
     faults: "Faults | bool" = "one",
     esc: bool = False,
+    monitor: FloatArray | None = None,
     package: "Package | None" = None,
     maintainer: str = "",
 ) -> dict[str, str]:
@@ -125,6 +126,8 @@ def generate(
     faults : ``none``, or any ``one`` thruster off, in code for each, or ``all`` these in one function and a
         table, which takes less flash; False and True are ``none`` and ``one``
     esc : whether there is also the way to the commands of the ESCs, ``<name>_esc.c``
+    monitor : (k,) noise of a measured wrench [N, N m], for a function that accuses thrusters,
+        ``<name>_monitor.c``; None for none
     package : the build system whose package it shall be, ``cmake``, ``ros2``, ``platformio``, ``arduino`` or
         ``zephyr``: then all lies in a folder with the function's name
     maintainer : ``NAME <MAIL>`` for ROS 2's package.xml, which has a placeholder without
@@ -142,7 +145,11 @@ def generate(
     files = c.generate(target)
     if esc:
         files |= c.to_escs(target) | {f"test/{target.name}_esc_test.c": c.esc_selftest(target)}
-    files |= {f"{target.name}.md": c.page(target, esc=esc)}  # several functions may share a folder
+    if monitor is not None:
+        files |= c.monitor(target, monitor)
+        files |= {f"test/{target.name}_monitor_test.c": c.monitor_selftest(target, monitor)}
+    # Several functions may share a folder.
+    files |= {f"{target.name}.md": c.page(target, esc=esc, monitor=monitor is not None)}
     about = f"Thrust allocation for {c.in_comment(vehicle.name)} by {target.method.name}"
     return c.packaged(package, target.name, files, about, maintainer) if package else files
 

@@ -5,7 +5,7 @@ from hashlib import sha256
 from textwrap import indent
 
 from alloc.c.selftest import selftest
-from alloc.c.statements import NO_SUCH_FAULT, STATUSES, Statements
+from alloc.c.statements import NO_SUCH_FAULT, STATUS_ENUM, STATUSES, Statements
 from alloc.c.target import Recipe, Target
 from alloc.c.text import IN_C, digits, helpers, in_comment, refusals
 from alloc.program import OWN, Program
@@ -90,7 +90,7 @@ def _header(target: Target, made: Mapping[int, Program]) -> str:
 
 {digits(target.scalar)}
 
-{_STATUSES}
+{STATUS_ENUM}
 
 #ifdef __cplusplus
 extern "C" {{
@@ -121,13 +121,6 @@ _DIVIDED = """
  * Limits that leave no margin divide by zero, as IEEE 754 has it: x / 0 is infinite and the share 0, and
  * 0 / 0 is NaN, which the maximum leaves out. So the FPU may not trap these two."""
 """Note on what -fsanitize=float-divide-by-zero reports; to prevent it would cost an operation a facet."""
-
-_STATUSES = f"""\
-#ifndef THRUSTBENCH_STATUSES
-#define THRUSTBENCH_STATUSES
-enum {{ {", ".join(f"{word} = {value}" for value, word in STATUSES.items())} }};
-#endif"""
-"""Names of the statuses that functions return, once in a translation unit."""
 
 
 def _source(target: Target, made: Mapping[int, Program]) -> str:

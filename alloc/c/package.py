@@ -10,6 +10,7 @@ from xml.sax.saxutils import escape, quoteattr
 from alloc.allocation import BoundedSteps
 from alloc.c.esc import command_type
 from alloc.c.generate import returned
+from alloc.c.monitor import usage
 from alloc.c.target import Recipe, Target
 from alloc.c.text import BEHIND_HASH, LICENSE
 from alloc.errors import AllocError
@@ -198,8 +199,8 @@ def _version() -> str:
     return found[0] if found else "0.0.0"
 
 
-def page(target: Target, *, esc: bool = False) -> str:
-    """Markdown: the files, the call, what comes back, what it costs, how to check it; ``esc`` with ESCs."""
+def page(target: Target, *, esc: bool = False, monitor: bool = False) -> str:
+    """Markdown: the files, the call, what comes back, what it costs, how to check it; what is beside it."""
     vehicle, kernel, scalar = target.vehicle, target.method, target.scalar
     at_call = target.limits == "call"
     off = target.failures.size > 0
@@ -231,6 +232,7 @@ def page(target: Target, *, esc: bool = False) -> str:
     warning = (
         "" if allocator.limited else "\n**f may lie beyond these limits**: this method does not know them.\n"
     )
+    beside = (_esc(target) if esc else "") + usage(target) * monitor
     codes = returned(kernel, target.programs)
     statuses = "\n".join(f"| {status} | {meaning} |" for status, meaning in codes.items())
     return f"""\
@@ -268,7 +270,7 @@ times the largest limit ({vehicle.f_scale:g} N).{rounding}
 | out | lower limit [N] | upper limit [N] |
 |---|---|---|
 {own}
-{moving * at_call}{shares}{warning}{_limits_at(vehicle, scalar) * at_call}{_esc(target) if esc else ""}
+{moving * at_call}{shares}{warning}{_limits_at(vehicle, scalar) * at_call}{beside}
 ## Check it where it will run
 
 `test/{name}_test.c` holds demands for {cases}, with the

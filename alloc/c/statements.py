@@ -31,6 +31,12 @@ STATUSES = {
     -2: "TB_NOT_FINITE",
 }
 """Names of the statuses in C."""
+STATUS_ENUM = f"""\
+#ifndef THRUSTBENCH_STATUSES
+#define THRUSTBENCH_STATUSES
+enum {{ {", ".join(f"{word} = {value}" for value, word in STATUSES.items())} }};
+#endif"""
+"""C that defines these names, once in a translation unit."""
 BINARY = {
     "add": ("+", 4), "sub": ("-", 4), "mul": ("*", 5), "div": ("/", 5),
     "lt": ("<", 3), "le": ("<=", 3), "gt": (">", 3), "ge": (">=", 3), "eq": ("==", 3), "ne": ("!=", 3),

@@ -1,6 +1,6 @@
 """Build a program: arguments and limits as values, exits, and the order of calculation."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import reduce
 
@@ -179,9 +179,19 @@ class Builder:
         given = tuple(lifted(each, self.graph).node for array in arrays for each in array)
         return [self.graph.value("loop", loop.name, i, given) for i in range(loop.arrays[-1][1])]
 
-    def program(self, f: Sequence[Number], status: Expression | int, share: Sequence[Number] = ()) -> Program:
-        """The program that writes these and returns ``status``, unless it refused."""
+    def program(
+        self,
+        f: Sequence[Number],
+        status: Expression | int,
+        share: Sequence[Number] = (),
+        beside: Mapping[tuple[str, int], Number] | None = None,
+    ) -> Program:
+        """The program that writes these and returns ``status``, unless it refused.
+
+        ``beside`` are values of other outputs, by an array's name and the index.
+        """
         written = {("f", i): each for i, each in enumerate(f)}
+        written |= beside or {}
         written |= {("share", level): each for level, each in enumerate(share)}
         return placed(
             Program(

@@ -14,7 +14,7 @@ from alloc import NotApplicable, Status, Vehicle
 from alloc.allocation import FloatArray, IndexArray
 from alloc.errors import NotInstalled
 from alloc.program import Faults, Scalar, Where
-from bench.chips import esc, search
+from bench.chips import esc, monitor, search
 from bench.chips.agreement import agreement
 from bench.chips.bounds import Unbounded, bound, least_instructions
 from bench.chips.count import CallCounts, count
@@ -33,6 +33,8 @@ from bench.record import SERVED_WITHIN, Emulated, Header
 from bench.record.file import Writer
 
 CLASSES = ("inactive", "active", "boundary", "infeasible", "mission", "jolts")
+BESIDE = {esc.METHOD: esc, monitor.METHOD: monitor}
+"""C beside that of a method, which is counted on calls of its own."""
 SEARCH = "search"
 EXTREMES = 200
 """Extreme demands of each kind: about the attainable set's edge, far outside, overflowing or NaN."""
@@ -71,7 +73,7 @@ def emulate(plan: Plan) -> Iterator[Emulated]:
     Raises UnknownName or DemandError at once, before anything is counted.
     """
     for method in plan.methods:
-        if method != esc.METHOD:
+        if method not in BESIDE:
             check(method)
     return _rows(plan, [(vehicle, _sets(vehicle, plan)) for vehicle in plan.vehicles])
 
@@ -96,9 +98,11 @@ def _rows(plan: Plan, asked: list[tuple[Vehicle, list[DemandSet]]]) -> Iterator[
             continue
         row = msgspec.structs.replace(row, tools=tools[processor])
         try:
-            if method == esc.METHOD:
-                wired = esc.kernel(vehicle, scalar, limits)
-                yield from esc.rows(row, wired, vehicle, processor, plan.n)
+            if method in BESIDE:
+                beside = BESIDE[method]
+                yield from beside.rows(
+                    row, beside.kernel(vehicle, scalar, limits), vehicle, processor, plan.n
+                )
                 continue
             yield from _kernel_rows(
                 row, build_kernel(method, vehicle, scalar, limits, plan.faults), processor, sets

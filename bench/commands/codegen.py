@@ -1,11 +1,15 @@
 """``thrustbench codegen``."""
 
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import click
 
 from bench.commands import FAULTS, LIMITS, PATH, SINGLE, echo, refuse_another_s, unread_output
+
+if TYPE_CHECKING:
+    from alloc import Vehicle
+    from alloc.allocation import FloatArray
 
 
 @click.command()
@@ -20,6 +24,8 @@ from bench.commands import FAULTS, LIMITS, PATH, SINGLE, echo, refuse_another_s,
 @LIMITS
 @FAULTS
 @click.option("--esc", is_flag=True, help="Also C from thrusts to the commands of the vehicle's ESCs.")
+@click.option("--monitor", is_flag=True, help="Also C that accuses a thruster that pushes less than told.")
+@click.option("--noise", default="", metavar="N,…", help="Of a measured wrench, one number or one a DOF.")
 @click.option(
     "--package",
     type=click.Choice(["cmake", "ros2", "platformio", "arduino", "zephyr"]),
@@ -36,6 +42,8 @@ def command(
     limits: Literal["fixed", "call"],
     faults: Literal["none", "one", "all"],
     esc: bool,
+    monitor: bool,
+    noise: str,
     package: Literal["cmake", "ros2", "platformio", "arduino", "zephyr"] | None,
     maintainer: str,
     out: Path,
@@ -51,8 +59,10 @@ def command(
 
     scalar: Literal["double", "float"] = "float" if single else "double"
     known = load_vehicle(vehicle) if vehicle else None
+    if noise and not monitor:
+        raise click.UsageError("--noise is of --monitor; give that too")
     if library:
-        if method or limits != "fixed" or faults != "one" or esc:
+        if method or limits != "fixed" or faults != "one" or esc or monitor:
             raise click.UsageError(
                 "--library has every method, and limits of each call; leave out the others."
             )
@@ -60,7 +70,7 @@ def command(
     elif known and method:
         files = generate(
             known, method, scalar=scalar, limits=limits, faults=faults, esc=esc,
-            package=package, maintainer=maintainer,
+            monitor=_noise(known, noise) if monitor else None, package=package, maintainer=maintainer,
         )  # fmt: skip
     else:
         raise click.UsageError(f"Missing option '{'--method' if vehicle else '--vehicle'}'.")
@@ -72,3 +82,12 @@ def command(
         echo("limits are f_min and f_max; to have those of each voltage, --limits call", err=True)
     if package == "ros2" and not maintainer:
         echo("package.xml has a placeholder: say by --maintainer 'NAME <MAIL>' who looks after it", err=True)
+
+
+def _noise(vehicle: "Vehicle", stated: str) -> "FloatArray":
+    """Noise (k,) of a wrench as stated, or as `check --failures` assumes it."""
+    from alloc.lint.isolation import assumed_noise
+    from bench.inputs.demand_csv import parse_scale, scale_factors
+
+    sizes = scale_factors(parse_scale(stated, "--noise"), vehicle.dof, "--noise") if stated else None
+    return assumed_noise(vehicle) if sizes is None else sizes

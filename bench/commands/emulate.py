@@ -13,7 +13,9 @@ from bench.commands import FAULTS, PATH, RUNS, unread_output
     "--vehicle", "vehicles", multiple=True, metavar="V", help="A shipped name or a YAML file [all]."
 )
 @click.option("--target", "targets", multiple=True, metavar="T", help="A processor's name [all].")
-@click.option("--method", "methods", multiple=True, metavar="M", help="A method that has C [all], or esc.")
+@click.option(
+    "--method", "methods", multiple=True, metavar="M", help="A method that has C [all], esc or monitor."
+)
 @click.option("--demands", multiple=True, metavar="D", help="A demand set's name [one a class, a mission].")
 @click.option("--double", "scalars", flag_value="double", help="Double precision only.")
 @click.option("--float", "scalars", flag_value="float", help="Single precision only.")

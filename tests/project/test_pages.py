@@ -16,7 +16,7 @@ GENERATED = {"index.md", "contributing.md", "changelog.md"}
 ALLOTTED = {
     "autopilot.md": 950,
     "azimuth.md": 600,
-    "failures.md": 500,
+    "failures.md": 600,
     "fuse.md": 500,
     "judge-your-allocator.md": 600,
     "problems.md": 460,

@@ -55,6 +55,22 @@ def test_the_commands_and_the_example_on_the_page_compile_and_pass(tmp_path: Pat
     subprocess.run([*command_line, "-c", "example.c"], cwd=tmp_path, check=True)
 
 
+def test_the_page_s_example_of_the_monitor_compiles_and_its_self_test_passes(tmp_path: Path) -> None:
+    options = ["--float", "--monitor", "--noise", "4,4,1"]
+    codegen("--vehicle", "ukwial", "--method", "pinv", *options, "--out", str(tmp_path))
+    page = (tmp_path / "ukwial_pinv_float.md").read_text()
+    line = next(line for line in page.splitlines() if line.startswith("    cc ") and "_monitor.c" in line)
+    cc = compiled.compiler()
+    done = subprocess.run(
+        line.replace("cc", cc[0], 1), shell=True, cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    example = page.split('```c\n#include "ukwial_pinv_float_monitor.h"')[1].split("```")[0]
+    (tmp_path / "example.c").write_text('#include "ukwial_pinv_float_monitor.h"\n' + example)
+    strict = ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-pedantic", "-Werror"]
+    subprocess.run([*cc, *strict, "-c", "example.c"], cwd=tmp_path, check=True)
+
+
 def test_the_page_s_way_to_the_escs_compiles_and_passes(tmp_path: Path) -> None:
     codegen("--vehicle", "bluerov2", "--method", "clip", "--float", "--esc", "--out", str(tmp_path))
     page = (tmp_path / "bluerov2_clip_float.md").read_text()
@@ -140,6 +156,14 @@ def test_names_of_thrusters_stand_in_header_and_page(tmp_path: Path) -> None:
     [
         (["--vehicle", "ukwial", "--method", "svd"], "no kernel 'svd'"),
         (["--vehicle", "ukwial", "--method", "pinv", "--esc"], "ukwial: has no ESCs; add 'esc' to its file"),
+        (
+            ["--vehicle", "ukwial", "--method", "pinv", "--noise", "4"],
+            "--noise is of --monitor; give that too",
+        ),
+        (
+            ["--vehicle", "ukwial", "--method", "pinv", "--monitor", "--noise", "1e-9"],
+            "--noise: surge: got 1e-09 N",
+        ),
         (["--vehicle", "titanic", "--method", "pinv"], "no vehicle 'titanic'"),
         (["--vehicle", "supply-vessel", "--method", "walsh"], "walsh: supply-vessel"),
         (["--vehicle", "ukwial", "--method", "pinv", "--out", "/dev/null/here"], "give another --out"),

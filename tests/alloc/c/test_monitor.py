@@ -1,0 +1,159 @@
+"""C that accuses thrusters: as its equations in Python say, on simulated dives too, whatever it is given."""
+
+import ctypes
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from alloc import AllocError, Vehicle, generate, load_vehicle
+from alloc.allocation import FloatArray, IndexArray
+from alloc.c import Target, accusations, compiled, missing, monitor
+from alloc.c.monitor import ACCUSED, MEMORY, NOBODY
+from alloc.c.target import NOT_FINITE
+from alloc.lint.isolation import assumed_noise
+from alloc.methods import recipe
+from bench.demands.mission import M, resistance
+from tests.compilers import build_program, run
+from tests.dives import dive
+
+pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
+SANITIZED = ["-O1", "-fsanitize=undefined,float-divide-by-zero", "-fno-sanitize-recover=all"]
+
+
+def self_test(folder: Path, name: str, single: bool, old: str = "", new: str = "") -> tuple[int, str]:
+    """Exit code and output of the self-test of a vehicle's C, edited before."""
+    vehicle = load_vehicle(name)
+    files = generate(vehicle, "pinv", scalar="float" if single else "double", monitor=assumed_noise(vehicle))
+    own = {file: text for file, text in files.items() if "_monitor" in file}
+    (source,) = (file for file in own if file.endswith("_monitor.c"))
+    assert old in own[source]
+    done = run(
+        [str(build_program(folder, own | {source: own[source].replace(old, new)}, *SANITIZED))], folder
+    )
+    return done.returncode, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(("name", "single"), [("bluerov2-heavy", True), ("ukwial", False)])
+def test_the_self_test_finds_what_python_says_and_nothing_undefined(
+    name: str, single: bool, tmp_path: Path
+) -> None:
+    code, text = self_test(tmp_path, name, single)
+    assert (code, "96 cases; 0 wrong" in text) == (0, True), text
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("= score;\n            who", "= score + score;\n            who"),
+        ("TB_NOT_FINITE;\n", "TB_SOLVED;\n"),
+    ],
+)
+def test_a_broken_line_is_seen(old: str, new: str, tmp_path: Path) -> None:
+    code, text = self_test(tmp_path, "ukwial", True, old, new)
+    assert code == 1, text
+
+
+class Watch:
+    """NAME_monitor and NAME_suspect of a vehicle, compiled."""
+
+    def __init__(self, vehicle: Vehicle, noise: FloatArray) -> None:
+        target = Target(vehicle=vehicle, method=recipe("pinv"))
+        library = ctypes.CDLL(str(compiled.shared_library(target.name, monitor(target, noise))))
+        array = np.ctypeslib.ndpointer(dtype=np.float64)
+        self.state, self.odds = np.zeros(2 * vehicle.n), np.zeros(1)
+        self.monitor, self.suspect = library[f"{target.name}_monitor"], library[f"{target.name}_suspect"]
+        self.monitor.argtypes, self.suspect.argtypes = [array] * 3, [array] * 2
+
+    def all(self, F: FloatArray, wrenches: FloatArray) -> tuple[IndexArray, IndexArray, FloatArray]:
+        """Status, thruster and log odds behind each call."""
+        rows = []
+        for f, wrench in zip(F, wrenches, strict=True):
+            status = self.monitor(self.state, f.copy(), wrench.copy())
+            rows.append((status, self.suspect(self.state, self.odds), float(self.odds[0])))
+        status, who, odds = zip(*rows, strict=True)
+        return np.array(status), np.array(who), np.array(odds)
+
+
+class Felt(NamedTuple):
+    """Thrusts told (N, n) and wrenches felt (N, k) on a dive, with the drag that its operator believes in."""
+
+    f: FloatArray
+    wrenches: FloatArray
+
+
+def stated(vehicle: Vehicle) -> FloatArray:
+    """Noise of a wrench that knows drag to a fifth, at the thrusts of these dives: 1 % of the most."""
+    return 0.2 * assumed_noise(vehicle)
+
+
+def felt(vehicle: Vehicle, seed: int, readiness: FloatArray) -> Felt:
+    flown = dive(vehicle, np.random.default_rng(seed), readiness, noise=0.05)
+    return Felt(flown.f, M * flown.a + np.array([resistance(v) for v in flown.v]))
+
+
+@pytest.mark.parametrize(("thruster", "readiness"), [(3, 0.0), (6, 0.5), (0, -1.0)])
+def test_on_a_simulated_dive_c_and_python_accuse_the_thruster_that_fails(
+    thruster: int, readiness: float
+) -> None:
+    vehicle = load_vehicle("bluerov2-heavy")
+    weak = np.ones(8)
+    weak[thruster] = readiness
+    noise, flown = stated(vehicle), felt(vehicle, thruster, weak)
+    status, who, odds = Watch(vehicle, noise).all(*flown)
+    expected = accusations(vehicle, noise, *flown)
+    assert not status.any()
+    assert odds == pytest.approx(expected[2], rel=1e-9, abs=1e-9)
+    assert (who == expected[1])[odds > 1e-6].all()
+    assert who[-1] == thruster
+    assert odds[-1] > ACCUSED
+
+
+def test_a_healthy_dive_accuses_nobody() -> None:
+    vehicle = load_vehicle("bluerov2-heavy")
+    for seed in range(3):
+        odds = accusations(vehicle, stated(vehicle), *felt(vehicle, seed, np.ones(8)))[2]
+        assert odds.max() < ACCUSED / 2
+
+
+def test_what_is_no_number_or_far_too_large_changes_nothing() -> None:
+    vehicle = load_vehicle("ukwial")
+    watch, f, wrench = Watch(vehicle, assumed_noise(vehicle)), np.ones(4), np.zeros(3)
+    watch.all(f[None], wrench[None])
+    before = watch.state.copy()
+    for at, wrong in ((f, np.nan), (f, 1e200), (wrench, np.nan), (wrench, -np.inf), (wrench, 1e9)):
+        kept, at[1] = at[1], wrong
+        assert watch.monitor(watch.state, f, wrench) == NOT_FINITE
+        at[1] = kept
+        assert (watch.state == before).all()
+
+
+def test_without_a_residual_nobody_is_named() -> None:
+    vehicle = load_vehicle("ukwial")
+    watch = Watch(vehicle, assumed_noise(vehicle))
+    _, who, odds = watch.all(np.zeros((3, 4)), np.zeros((3, 3)))
+    assert (who == NOBODY).all()
+    assert (odds == 0.0).all()
+
+
+def test_a_failure_that_is_over_is_forgotten() -> None:
+    vehicle, rng = load_vehicle("ukwial"), np.random.default_rng(1)
+    F = rng.uniform(-1, 1, (8 * MEMORY, 4)) * vehicle.f_scale
+    made = F.copy()
+    made[:MEMORY, 2] = 0.0
+    odds = accusations(vehicle, stated(vehicle), F, made @ vehicle.TP.T)[2]
+    assert odds[MEMORY - 1] > ACCUSED
+    assert odds[-1] < 0.01 * odds[MEMORY - 1]
+
+
+@pytest.mark.parametrize("wrong", [0.0, -1.0, np.nan, np.inf, 1e-9])
+def test_noise_that_is_none_or_too_fine_is_refused(wrong: float) -> None:
+    with pytest.raises(AllocError, match=r"--noise: sway: got \S+ N, expected more than"):
+        generate(load_vehicle("ukwial"), "pinv", monitor=np.array([1.0, wrong, 1.0]))
+
+
+def test_the_header_says_the_noise() -> None:
+    files = generate(load_vehicle("ukwial"), "pinv", monitor=np.array([4.0, 5.0, 6.0]))
+    assert re.search(r"surge 4 N, sway 5 N, yaw 6 N m\.", files["ukwial_pinv_monitor.h"])
