@@ -61,6 +61,11 @@ EFFORT = "A SOLVED demand is met with least effort, by the duality gap."
 SHARES = "Each share is the linear program's: as far along the way as the thrusters reach."
 DELIVERED = "An answer makes the part of the wrench that its shares say, with least effort."
 TWIN = "Answers are those of the method in Python, up to rounding."
+STRONG = " Directions that are weak are left out of T and τ."
+MIX = (
+    "Where a direction counts in part, thrusts are Python's f_0 + w (f_1 - f_0), up to rounding; nothing is"
+    " claimed of their wrench and shares."
+)
 SAME = "FPUs with an instruction for a minimum, and those without, give the same answers."
 ATTAINABLE, INSIDE = "those with α* above 1.001", "those whose T* τ lies inside the limits"
 UNSTOPPED = "those with α* above 1.001 that no level stops on the way to 1.001 τ"
@@ -78,8 +83,8 @@ class FaultAnswers(NamedTuple):
 
     Attributes
     ----------
-    vehicle : with that fault
-    question : the demands, labelled
+    vehicle : with that fault, without its weak directions
+    question : the demands, labelled, of the vehicle with them
     F, status, share : (N, n) thrusts [N], zero where there are none, (N,) statuses and (N, levels) shares
     differ : (N,) which are answered otherwise where the FPU has an instruction for a minimum
     """
@@ -90,6 +95,11 @@ class FaultAnswers(NamedTuple):
     status: StatusArray
     share: FloatArray
     differ: BoolArray
+
+    @property
+    def whole(self) -> Vehicle:
+        """The vehicle with its weak directions."""
+        return self.question.demands.vehicle
 
 
 def answer_claims(of: Subject, demands: int = DEMANDS) -> list[Claim]:
@@ -119,7 +129,20 @@ def answer_claims(of: Subject, demands: int = DEMANDS) -> list[Claim]:
         checks.append((TWIN, lambda each: _as_in_python(each, of)))
     if of.levels:
         checks += [(SHARES, lambda each: _shares(each, of)), (DELIVERED, lambda each: _delivered(each, of))]
-    return [_claim(sentence, answers, check) for sentence, check in checks]
+    if not formulation.way:
+        return [_claim(sentence, answers, check) for sentence, check in checks]
+    mixes = {fault: each for fault, each in answers.items() if len(each.whole.mixture) > 1}
+    alone = {fault: each for fault, each in answers.items() if fault not in mixes}
+    weak = any(each.whole.weak_left.any() for each in alone.values())
+    claims = []
+    for sentence, check in checks:
+        if sentence not in (MADE, EFFORT, SHARES, DELIVERED):
+            claims.append(_claim(sentence, answers, check))
+        elif alone:
+            claims.append(_claim(sentence + STRONG * weak, alone, check))
+    if mixes:
+        claims.append(_claim(MIX, mixes, lambda each: _as_in_python(each, of)))
+    return claims
 
 
 def _claim(
@@ -157,8 +180,26 @@ def _made(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
     asked = answers.status == Status.SOLVED
     if not of.limited:
         asked &= demands.labels != Label.INFEASIBLE
-    wrong = asked & ~_makes(answers, demands.taus, of)
+    wrong = asked & ~_makes(answers, _wanted(answers, of), of)
     return int(asked.sum()), _first(answers, wrong, asked)
+
+
+def _wanted(answers: FaultAnswers, of: Subject) -> FloatArray:
+    """Wrenches (N, k) of which SOLVED speaks: the demands, without what they ask along weak directions."""
+    taus, way = answers.question.demands.taus, find_formulation(recipe(of.kernel).formulation).way
+    if way is None or not answers.whole.weak_left.any():
+        return taus
+    levels = way(answers.vehicle).levels
+    return _way_ends(answers, step_maps(answers.vehicle, levels), np.ones((len(taus), len(levels))))
+
+
+def _way_ends(answers: FaultAnswers, maps: FloatArray, share: FloatArray) -> FloatArray:
+    """Wrenches (N, k) behind all levels, of each the share (N, L)."""
+    taus = answers.question.demands.taus
+    at = np.broadcast_to(start(*answers.question.demands.limits) @ answers.vehicle.TP.T, taus.shape)
+    for level, D in enumerate(maps):
+        at = at + share[:, level, None] * ((taus - at) @ D.T)
+    return at
 
 
 def _makes(answers: FaultAnswers, wrenches: FloatArray, of: Subject) -> BoolArray:
@@ -181,13 +222,13 @@ def _refused(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
     demands = answers.question.demands
     asked = demands.labels == Label.INFEASIBLE
     if of.limits == "call":  # narrow limits without zero: α* may be small of what is next to attainable
-        asked &= ~_makes(answers, demands.taus, of)
+        asked &= ~_makes(answers, _wanted(answers, of), of)
     wrong = asked & (answers.status == Status.SOLVED)
     return int(asked.sum()), _first(answers, wrong, asked)
 
 
 def _as_in_python(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
-    vehicle, demands = answers.vehicle, answers.question.demands
+    vehicle, demands = answers.whole, answers.question.demands
     F, status = build(of.kernel, vehicle).many(demands.taus, demands.f_min, demands.f_max)
     apart = np.abs(answers.F - F).max(axis=1) / np.maximum(np.abs(F).max(axis=1), vehicle.f_scale)
     asked = demands.labels != Label.BOUNDARY
@@ -198,11 +239,13 @@ def _as_in_python(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
 
 
 def _effort(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
-    return _least(answers, answers.question, answers.status == Status.SOLVED, of)
+    return _least(answers, _wanted(answers, of), answers.status == Status.SOLVED, of)
 
 
-def _least(answers: FaultAnswers, question: Question, asked: BoolArray, of: Subject) -> tuple[int, str]:
-    """True if those answers to a question that are selected make its demands with least effort."""
+def _least(answers: FaultAnswers, wrenches: FloatArray, asked: BoolArray, of: Subject) -> tuple[int, str]:
+    """True if those answers that are selected make their wrenches (N, k) with least effort."""
+    demands = replace(answers.question.demands, vehicle=answers.vehicle, taus=wrenches)
+    question = replace(answers.question, demands=demands)
     F = np.where(asked[:, None], answers.F, np.nan)
     gap = largest_gap(question, F, np.where(asked, Status.SOLVED, answers.status), HARD.name)
     if gap is None:
@@ -216,19 +259,16 @@ def _delivered(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
     """True if thrusts and shares of an answer belong together, also where a demand is met in part."""
     way = find_formulation(recipe(of.kernel).formulation).way
     assert way is not None  # a kernel that writes shares has levels
-    vehicle, demands = answers.vehicle, answers.question.demands
     try:
-        maps = step_maps(vehicle, way(vehicle).levels)
+        maps = step_maps(answers.vehicle, way(answers.vehicle).levels)
     except NotApplicable as refusal:
         return 0, str(refusal)
-    at = np.broadcast_to(start(*demands.limits) @ vehicle.TP.T, demands.taus.shape)
-    for level, D in enumerate(maps):
-        at = at + answers.share[:, level, None] * ((demands.taus - at) @ D.T)
+    at = _way_ends(answers, maps, answers.share)
     asked = np.isin(answers.status, ANSWERED)
     wrong = asked & ~_makes(answers, at, of)
     if wrong.any():
         return int(asked.sum()), _first(answers, wrong, asked)
-    return _least(answers, replace(answers.question, demands=replace(demands, taus=at)), asked, of)
+    return _least(answers, at, asked, of)
 
 
 def _shares(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
@@ -313,8 +353,9 @@ def fault_answers(of: Subject, fault: int, count: int) -> FaultAnswers:
     given, other = (_run(of, fault, [taus, *limits], before) for before in PROCESSORS)
     differ = (np.hstack(given) != np.hstack(other)).any(axis=1)
     F, share, status = given
+    held = find_formulation(recipe(of.kernel).formulation).subject(vehicle)
     return FaultAnswers(
-        vehicle, Question(demands, {}, {}), F.astype(float), status[:, 0], share.astype(float), differ
+        held, Question(demands, {}, {}), F.astype(float), status[:, 0], share.astype(float), differ
     )
 
 

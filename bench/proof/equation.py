@@ -32,6 +32,7 @@ EQUATION = (
     " rounding; for all τ and limits with which no operation overflows and no thrust need be drawn in."
 )
 OVERFLOW = "SOLVED means so where operations overflow, too: what is compared keeps NaN and infinity."
+STRONG = " Of weak directions, left out of T and τ, nothing is said."
 BY = "the comparisons that let an answer leave (bench/proof/equation.py)"
 WIDER = 1.05
 """Times what SOLVED may miss, what an answer may beside rounding: numbers of the comparison are rounded."""
@@ -96,12 +97,15 @@ def program_claims(found: Mapping[int, Program], of: Subject) -> tuple[list[Clai
             words.append(f"fault {fault}: {row.promise:.3g} times what SOLVED may miss")
         if not row.roundings <= MANY * (of.vehicle.k + of.vehicle.n) ** 2:
             words.append(f"fault {fault}: {row.roundings:.3g} roundings of T f")
+    way = find_formulation(recipe(of.kernel).formulation).way
+    weak = way is not None and any(of.target.with_fault(fault).weak_left.any() for fault in found)
+    equation = EQUATION + STRONG * weak
     if words:
-        claims = [not_shown(EQUATION, words)]
+        claims = [not_shown(equation, words)]
     else:
         promise, roundings = max(each.promise for each in rows), max(each.roundings for each in rows)
         least = f"at most {promise:.2g} of what SOLVED may miss, and {roundings:.0f} roundings of |T| |f|"
-        claims = [Claim(claim=EQUATION, verdict="shown", by=BY, words=[least])]
+        claims = [Claim(claim=equation, verdict="shown", by=BY, words=[least])]
     optimal = find_formulation(recipe(of.kernel).formulation).optimal_for(of.vehicle)
     if of.limited and not of.levels and not optimal:  # a rule, which compares T f with tau
         lacking = words or trusting
@@ -185,7 +189,7 @@ def _by_shares(
     lost = [all_of - wanted for all_of, wanted in zip(whole, tau, strict=True)]
     made = _miss_forms(program, bounds, vehicle, reached)
     found = [Sides(made, _cuts(program, bounds), sizes, frozenset(parts), bounds.drops)]
-    if any(each.terms for each in lost):
+    if any(each.terms for each in lost) and not of.target.with_fault(fault).weak_left.any():
         found.append(Sides(lost, facts, departures, frozenset(), False))
     return found
 

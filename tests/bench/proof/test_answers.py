@@ -7,15 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from alloc import load_vehicle
+from alloc import Vehicle, load_vehicle
 from alloc.c import printed
 from alloc.c.compiled import compiler
 from alloc.program import Program, Scalar, Where, evaluate
 from bench.proof import Proof, Subject, answers, subject
+from bench.proof.equation import EQUATION, STRONG, equation_claims
 from bench.proof.proof import Claim
 from bench.proof.safety.claims import _stateless
 from bench.proof.symbolic import programs as read_back
 from sabotages import SABOTAGES, sabotaged
+from tests.places import DOCS
 
 pytestmark = pytest.mark.skipif(not compiler(), reason="needs a C compiler")
 UKWIAL = load_vehicle("ukwial")
@@ -164,6 +166,40 @@ def test_data_that_outlive_a_call_are_no_part_of_safe_c(kept: str) -> None:
     within = _stateless(replace(of, files={**of.files, f"{of.name}.c": source}))
     outside = _stateless(replace(of, files={**of.files, f"{of.name}.c": of.source + kept + "\n"}))
     assert (within.verdict, outside.verdict) == ("not shown", "not shown")
+
+
+def in_part(times: float) -> Vehicle:
+    """A surveyed vehicle whose pitch has ``times`` what is weak."""
+    vehicle = load_vehicle(DOCS / "vehicles/bluerov2-surveyed.yaml")
+    sigma = vehicle.directions.sigma
+    return replace(vehicle, weak_limit=float(sigma[-1] / sigma[0]) / times)
+
+
+@pytest.mark.parametrize("kernel", ["scaled", "priority"])
+def test_of_a_weak_direction_nothing_is_claimed_and_the_rest_is_shown(kernel: str) -> None:
+    of = subject(in_part(0.9), kernel, "double", "fixed", "none")
+    claims = answers.answer_claims(of, 200)
+    assert [claim.claim for claim in claims if claim.verdict == "not shown"] == []
+    assert answers.MADE + answers.STRONG in [claim.claim for claim in claims]
+    (equation,), (miss,) = equation_claims(of)
+    assert (equation.claim, equation.verdict) == (EQUATION + STRONG, "shown")
+    assert miss.of_tau < 1e3  # it was 1e16 roundings: all of the weak part
+
+
+def test_mixed_answers_are_held_to_python_s_and_to_no_wrench() -> None:
+    of = subject(in_part(1.4), "scaled", "double", "fixed", "none")
+    claims = {claim.claim: claim.verdict for claim in answers.answer_claims(of, 200)}
+    assert claims[answers.MIX] == "tested"
+    assert not {answers.MADE, answers.SHARES, answers.DELIVERED} & claims.keys()
+    (made,) = of.target.programs.values()
+    less = replace(of, files=printed(of.target, {-1: with_another_share_of_the_mix(made)}))
+    assert answers.MIX in red(less)
+
+
+def with_another_share_of_the_mix(program: Program) -> Program:
+    """Half the w with which the first thrusts of two are mixed."""
+    (w,) = (node[1] for node in program.nodes if node[0] == "const" and node[1] == pytest.approx(0.4))
+    return with_node(program, program.nodes.index(("const", w)), "const", w / 2)
 
 
 def test_a_claim_that_nothing_bears_on_is_not_shown() -> None:
