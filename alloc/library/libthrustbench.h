@@ -113,9 +113,9 @@ struct tb_survey {
 
 /* tb_without for a vehicle with a survey: leaves weak directions out of every demand. Call it once behind tb_prepare, with
  * a mask of 0, then at each failure in place of tb_without; NULL is tb_without. All calls answer for what is strong,
- * tb_nullspace too, and say TB_SOLVED where that is made. A direction counts wholly from twice its error on. Returns and
- * is bounded as tb_prepare; TB_BAD_ARGUMENT for a survey that is none, and for one that could make all of the whole
- * vehicle of nothing. */
+ * tb_nullspace too, and say TB_SOLVED where that is made. A direction counts wholly from twice its error on: a step, at
+ * which shares jump. Without one, mix two allocators (libthrustbench.md). Returns and is bounded as tb_prepare;
+ * TB_BAD_ARGUMENT for a survey that is none, and for one that could make all of the whole vehicle of nothing. */
 int tb_strong(struct tb_allocator *a, unsigned long mask, const struct tb_survey *survey);
 
 /* Levels for tb_priority: level[j] of axis j counts from 0, and no number is left out; else TB_BAD_ARGUMENT, and
