@@ -27,6 +27,7 @@ from bench.judging.fuse import fuse_cost
 from bench.judging.judge import judge, rounded
 from bench.judging.last_metre import last_metre
 from bench.judging.loss import direction_error_deg, relative_wrench_error
+from bench.judging.mixer import mixer_cost
 from bench.judging.question import Answers, Ask, Question, Unanswered, questions
 from bench.judging.unannounced import announced_costs, failure_costs
 from bench.judging.weak import axis_costs
@@ -251,7 +252,9 @@ def measure_capabilities(
             capability, asked = _without_methods(vehicle, seed), _asked(vehicle, seed, n)
         except NotApplicable:
             continue
-        capability.failure_costs += announced_costs(vehicle, asked.states[0][1].demands.taus)
+        taus = asked.states[0][1].demands.taus
+        capability.failure_costs += announced_costs(vehicle, taus)
+        capability.mixer = mixer_cost(vehicle, taus)
         made.append((capability, asked))
     if not made:
         return []

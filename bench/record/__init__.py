@@ -20,6 +20,7 @@ from bench.record.measured import (
     Served,
     Unserved,
 )
+from bench.record.mixer import MixerCost
 from bench.record.schema import (
     NO_VEHICLE,
     SCHEMA,
@@ -61,6 +62,7 @@ __all__ = [
     "Line",
     "Loss",
     "Method",
+    "MixerCost",
     "Plane",
     "Power",
     "Problem",

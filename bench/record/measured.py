@@ -7,6 +7,7 @@ from typing import Annotated
 import msgspec
 
 from bench.record.fuse import FuseCost
+from bench.record.mixer import MixerCost
 from bench.record.unannounced import FailureCost
 
 Count = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
@@ -394,6 +395,7 @@ class Capability(msgspec.Struct, tag="capability", kw_only=True, omit_defaults=T
     weak_costs : what methods make along each axis; empty for a vehicle without weak directions
     failure_costs : of failures, announced and not; empty for a vehicle with one thruster
     fuse : what the cap costs; None for a vehicle without
+    mixer : what the vehicle's own mixer delivers; None for a vehicle without
     """
 
     vehicle: str
@@ -409,6 +411,7 @@ class Capability(msgspec.Struct, tag="capability", kw_only=True, omit_defaults=T
     weak_costs: list[AxisCost] = []
     failure_costs: list[FailureCost] = []
     fuse: FuseCost | None = None
+    mixer: MixerCost | None = None
 
     def __post_init__(self) -> None:
         """Raise ValueError, which the reader names with its line, where an axis lacks its ends."""

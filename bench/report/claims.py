@@ -57,6 +57,13 @@ CLAIMS = (
         "FailureCost.n_demands",
     ),
     SetClaim(
+        r"your autopilot .* delivers [\d.]+ % of what your thrusters can do .* exact answer .* all",
+        DRAWN,
+        "shares within 1 %",
+        "MixerCost.n_demands",
+    ),
+    SetClaim(r"demands drawn evenly it costs most", DRAWN, "largest losses", "MixerCost.n_demands"),
+    SetClaim(
         r"n the \d+ demands asked.* up to", "each vehicle's first set, and logs", "largest loss", "n_demands"
     ),
     SetClaim(r"Every timed answer was judged", ROWS, "rows by verdict", "Run.rows"),

@@ -13,6 +13,7 @@ from bench.report.sections import (
     fuse,
     headline,
     losses,
+    mixer,
     unannounced,
     weak,
 )
@@ -26,6 +27,7 @@ FIRST: tuple[Section, ...] = (
     headline.opening,
     weak.weak,
     fuse.fuse,
+    mixer.mixer,
     facts.frames,
     facts.logs,
     cost.onboard,

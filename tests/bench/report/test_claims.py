@@ -17,7 +17,7 @@ from alloc import build, list_vehicles, load_vehicle
 from alloc.allocation import WRENCH_TOLERANCE
 from alloc.reach.volumes import uniform_demands
 from bench.judging.capability import limit_wrenches, worst_loss
-from bench.record import PACKED, FailureCost, Judged, Key, Line
+from bench.record import PACKED, FailureCost, Judged, Key, Line, MixerCost
 from bench.report.claims import CLAIMS, SetClaim
 from bench.report.page import details, page
 from bench.report.sizes import page as size_page
@@ -63,6 +63,10 @@ COST = FailureCost(
     share_p50=[0.8, 0.7], share_min=[0.3, -0.1],
     turned_p50_deg=[20.0, 10.0], turned_max_deg=[90.0, None], worst=[[1.0, 0.0, 0.5], [0.0, 2.0, 0.0]],
 )  # fmt: skip
+MIXER = MixerCost(
+    method="ardusub", frame="SIMPLEROV_4", exact="scaled", n_demands=2000, served=900, exact_served=2000,
+    missed_p50=0.1, demands=[[1.0, 0.0, 0.5]], wrenches=[[0.5, 0.0, 0.2]], missed=[0.5],
+)  # fmt: skip
 HALVES = [msgspec.structs.replace(p, demands=name, n_demands=60, rate_hz=100.0, left_out=2940)
           for p, name in ((problem("ukwial"), "mission"), (problem("ukwial-f2", whole="ukwial", fault=2),
                                                           "mission-fault"))]  # fmt: skip
@@ -85,6 +89,7 @@ RUNS: dict[str, list[Line]] = {
                        made_up.capability(authority=[made_up.capability().authority[0], FLAT, SINGULAR])],
     "failures that nobody announces": [problem("ukwial"), lossy("clip", 0.2),
                                        made_up.capability(failure_costs=[COST])],
+    "an autopilot": [problem("ukwial"), lossy("clip", 0.2), made_up.capability(mixer=MIXER)],
     "wrong": [problem("ukwial"), lossy("clip", 0.2, wrong="wrench missed", agrees=False),
               cell("qp/gone", status="crashed", reason="signal 11", batches=[], singles=[], judged=None)],
     "flight": [*HALVES, *(cell("clip", key=Key(p.vehicle, p.demands, "clip")) for p in HALVES)],

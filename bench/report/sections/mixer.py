@@ -1,0 +1,46 @@
+"""Report section on a vehicle's own mixer: its share of what thrusters can do, and where it costs most."""
+
+from alloc.vehicle.geometry import unit
+from bench.record import Capability, MixerCost
+from bench.results.rows import Run
+from bench.results.text import percent, plain, table, three
+
+MIXER = """## Your autopilot, and the exact answer
+
+The factors in the autopilot's table know neither positions nor limits. `thrustbench check --autopilot key`
+names the reasons, docs/autopilot.md what can be done.
+"""
+
+
+def mixer(run: Run, drawn: frozenset[str]) -> str:
+    """A sentence and a table for each vehicle with an autopilot; empty without one."""
+    capabilities = [run.capability(vehicle) for vehicle in run.vehicles]
+    parts = [
+        part
+        for capability in capabilities
+        if capability is not None and capability.mixer is not None
+        for part in _vehicle(capability, capability.mixer)
+    ]
+    return "\n".join([MIXER, *parts]) if parts else ""
+
+
+def _vehicle(capability: Capability, cost: MixerCost) -> list[str]:
+    whole = cost.exact_served == cost.n_demands
+    exact = "all" if whole else percent(cost.exact_served / cost.n_demands)
+    return [
+        f"{plain(capability.vehicle)}: your autopilot ({plain(cost.frame)}) delivers"
+        f" {percent(cost.served / cost.n_demands)} of what your thrusters can do within 1 %, and misses"
+        f" {percent(cost.missed_p50)} of a demand's wrench in the median; the exact answer"
+        f" (`{cost.exact}`) delivers {exact}. Of {cost.n_demands:,} demands drawn evenly it costs most:\n",
+        table(
+            ["asked", f"{cost.method} makes", "missing"],
+            [
+                [_words(capability.dof, asked), _words(capability.dof, made), percent(missed)]
+                for asked, made, missed in zip(cost.demands, cost.wrenches, cost.missed, strict=True)
+            ],
+        ),
+    ]
+
+
+def _words(dof: list[str], wrench: list[float]) -> str:
+    return ", ".join(f"{axis} {three(value)} {unit(axis)}" for axis, value in zip(dof, wrench, strict=True))

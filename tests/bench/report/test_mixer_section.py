@@ -1,0 +1,88 @@
+"""The report says what the vehicle's autopilot leaves undone, of a vehicle that has one."""
+
+import re
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from alloc import alpha_max, build, load_vehicle
+from bench.judging.capability import measure_capabilities
+from bench.judging.question import ask_here
+from bench.record import Capability, MixerCost
+from bench.report.page import page
+from bench.report.sections.mixer import mixer
+from bench.results.rows import Run
+from tests import made_up
+
+N = 200
+
+
+@pytest.fixture(scope="module")
+def measured() -> Capability:
+    (capability,) = measure_capabilities([load_vehicle("bluerov2")], ["pinv"], 0, ask_here, N)
+    return capability
+
+
+@pytest.fixture(scope="module")
+def cost(measured: Capability) -> MixerCost:
+    assert measured.mixer is not None
+    return measured.mixer
+
+
+def run_with(tmp_path: Path, capability: Capability) -> Run:
+    problem = made_up.problem(capability.vehicle)
+    cell = made_up.exact_cell(capability.vehicle, "nullspace", 1.0)
+    return made_up.run(tmp_path, problem, cell, capability)
+
+
+def test_the_sentence_has_the_shares_of_the_record_and_the_table_the_costliest_demands(
+    tmp_path: Path, measured: Capability, cost: MixerCost
+) -> None:
+    text = mixer(run_with(tmp_path, measured), frozenset())
+    found = re.search(
+        r"\(VECTORED\) delivers ([\d.]+) % of what .* misses ([\d.]+) % .* \(`scaled`\) delivers all\.",
+        text,
+    )
+    assert found is not None
+    assert float(found[1]) == pytest.approx(100 * cost.served / N, rel=0.01)
+    assert float(found[2]) == pytest.approx(100 * cost.missed_p50, rel=0.01)
+    rows = re.findall(r"^\| surge .*\| +([\d.]+) % \|$", text, re.MULTILINE)
+    assert [float(share) for share in rows] == pytest.approx([100 * m for m in cost.missed], rel=0.01)
+    assert text in page(run_with(tmp_path, measured), frozenset())
+
+
+def test_the_demands_can_be_met_and_the_wrenches_are_the_mixer_s(cost: MixerCost) -> None:
+    vehicle = load_vehicle("bluerov2")
+    taus = np.array(cost.demands)
+    assert (alpha_max(vehicle, taus) >= 1 - 1e-6).all()
+    made = build("ardusub", vehicle).many(taus)[0] @ vehicle.TP.T
+    np.testing.assert_allclose(cost.wrenches, made, rtol=1e-3, atol=1e-3 * vehicle.wrench_scale.min())
+    assert cost.missed == sorted(cost.missed, reverse=True)
+    assert cost.exact_served == N > cost.served > 0
+
+
+def test_a_vehicle_without_an_autopilot_has_no_such_section(tmp_path: Path) -> None:
+    (capability,) = measure_capabilities([load_vehicle("ukwial")], ["pinv"], 0, ask_here, 60)
+    assert capability.mixer is None
+    assert mixer(run_with(tmp_path, capability), frozenset()) == ""
+
+
+def test_an_exact_answer_that_serves_less_than_all_has_its_share(
+    tmp_path: Path, measured: Capability, cost: MixerCost
+) -> None:
+    less = msgspec.structs.replace(cost, exact_served=N // 2)
+    text = mixer(run_with(tmp_path, msgspec.structs.replace(measured, mixer=less)), frozenset())
+    assert "(`scaled`) delivers 50.0 %." in text
+
+
+def test_a_cost_survives_the_record_and_one_that_lacks_a_number_is_refused(
+    tmp_path: Path, measured: Capability, cost: MixerCost
+) -> None:
+    read = run_with(tmp_path, measured).capability("bluerov2")
+    assert read is not None
+    assert read.mixer == cost
+    for change in ({"missed": []}, {"n_demands": 0}):
+        with pytest.raises(ValueError, match=r"must not be empty|as many entries"):
+            MixerCost(**(msgspec.structs.asdict(cost) | change))
