@@ -61,7 +61,7 @@ class Nullspace:
         self._limits_of_call = at_call(vehicle)
         # Rounding of G is magnified where T nearly loses rank, and then a second product pays.
         self._rounds = wrench_doubt(vehicle) > EXACT_TOLERANCE / 10
-        self._closed_form = self._refined if self._rounds else self.G.dot
+        self.closed_form = self._refined if self._rounds else self.G.dot
         self._slack = tolerance * vehicle.f_scale
         # A demand may ask for what no thruster pushes, too: most of what may be missed is left for that.
         moving = EXACT_TOLERANCE if self._unreachable is None else EXACT_TOLERANCE / 100
@@ -112,7 +112,7 @@ class Nullspace:
         T (G tau + N z) is tau whatever z is, so thrusts miss the wrench by what they are moved onto limits.
         Where that is more than EXACT_TOLERANCE the status is not SOLVED.
         """
-        f = self._closed_form(wrench)
+        f = self.closed_form(wrench)
         thrusts = f.tolist()
         for x, (low, high) in zip(thrusts, limits, strict=True):
             if not low <= x <= high:

@@ -1,6 +1,6 @@
 """Allocators that go as far towards the demand as the limits allow, at least effort."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import inf, nan
 from operator import le
 
@@ -22,7 +22,6 @@ from alloc.formulations import Formulation, Part, mixed
 from alloc.nullspace.allocator import exact
 from alloc.nullspace.structure import decompose
 from alloc.reach.edge import start
-from alloc.reach.way import Departure
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import at_call, limits_of
 
@@ -106,13 +105,45 @@ class ByLevel:
         end, share = self._way.towards(wrench, begin)
         f, found, steps, *_ = self._exact.within(end, limits)
         if found is not Status.SOLVED:
-            return self._back(wrench, begin, share, limits)
+            return self._back(wrench, share, limits)
         if min(share) == 1.0:
             lost = self._lost
             missed = self._T.dot(f) - self._unit * wrench if lost is None else lost.dot(wrench)
             if missed.dot(missed) <= 1.0:  # the Euclidean norm is never below the largest entry
                 return answer(f, Status.SOLVED, steps, share=share, residual=self._residual(f, end))
         return answer(f, Status.PARTIAL, steps, share=share, residual=self._residual(f, end))
+
+    @property
+    def levels(self) -> int:
+        """Number of shares of an answer."""
+        return len(self._way.keep)
+
+    @property
+    def goes_straight(self) -> bool:
+        """True where no level stops before the edge: inside limits, thrusts are those without any."""
+        return min(self._way.keep) == 1.0
+
+    def unlimited(self, wrench: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Thrusts (n,) [N] and residual (k,) of a wrench (k,), if there were no limits."""
+        end = self._way.pushed(wrench)
+        f = self._exact.closed_form(end)
+        return f, self._residual(f, end)
+
+    def path(
+        self, wrench: FloatArray, low: FloatArray, high: FloatArray
+    ) -> Callable[[tuple[float, ...]], Allocation | None]:
+        """A function of shares that returns the answer which delivers so much; None where none is found."""
+        begin = self._way.departure(low, high)
+        limits = list(zip(low.tolist(), high.tolist(), strict=True))
+
+        def reached(shares: tuple[float, ...]) -> Allocation | None:
+            end = self._way.delivered(wrench[None], begin, np.array([shares]))[0]
+            f, found, steps, *_ = self._exact.within(end, limits)
+            if found is not Status.SOLVED:
+                return None
+            return answer(f, Status.PARTIAL, steps, share=shares, residual=self._residual(f, end))
+
+        return reached
 
     def _residual(self, f: FloatArray, end: FloatArray) -> FloatArray:
         if not self._leaves_out:
@@ -121,27 +152,22 @@ class ByLevel:
         return made
 
     def _back(
-        self,
-        wrench: FloatArray,
-        begin: Departure,
-        share: tuple[float, ...],
-        limits: list[tuple[float, float]],
+        self, wrench: FloatArray, share: tuple[float, ...], limits: list[tuple[float, float]]
     ) -> Allocation:
         """The answer where no thrusts are found for the end of the way: for as much of it as they are."""
-        best = answer(start(*np.array(limits).T), Status.PARTIAL, share=self._nothing, residual=self._none)
+        low, high = np.array(limits).T
+        best = answer(start(low, high), Status.PARTIAL, share=self._nothing, residual=self._none)
+        path = self.path(wrench, low, high)
 
         def reached(lost: float) -> bool:
             nonlocal best
-            less = np.array([share]) * (1.0 - lost)
-            end = self._way.delivered(wrench[None], begin, less)[0]
-            f, found, steps, *_ = self._exact.within(end, limits)
-            if found is Status.SOLVED:
-                shares = tuple(less[0].tolist())
-                best = answer(f, Status.PARTIAL, steps, share=shares, residual=self._residual(f, end))
-            return found is Status.SOLVED
+            if (found := path(tuple(one * (1.0 - lost) for one in share))) is None:
+                return False
+            best = found
+            return True
 
-        high = next(i for i in range(1, len(LOST)) if LOST[i] == 1.0 or reached(LOST[i]))
-        none, some = LOST[high - 1], LOST[high]
+        found = next(i for i in range(1, len(LOST)) if LOST[i] == 1.0 or reached(LOST[i]))
+        none, some = LOST[found - 1], LOST[found]
         for _ in range(HALVINGS):
             middle = 0.5 * (none + some)
             none, some = (none, middle) if reached(middle) else (middle, some)
@@ -194,7 +220,7 @@ class Mixed:
         self._parts, self._ws = parts, [part.w for part in parts]
         self._vehicle, self._limits_of_call = vehicle, at_call(vehicle.strong, held=True)
         self.formulation = parts[0].formulation
-        self.tolerance = max(part.tolerance for part in parts)
+        self.tolerance, self.levels = max(part.tolerance for part in parts), parts[0].levels
 
     def __call__(
         self,

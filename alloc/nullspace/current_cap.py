@@ -1,12 +1,13 @@
 """Least effort along the demand, as far as the limits and a cap on the current allow."""
 
 from collections.abc import Callable
+from functools import lru_cache
 from math import nan
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from alloc.allocation import Allocation, FloatArray, Status, StatusArray, checked
+from alloc.allocation import Allocation, FloatArray, Status, StatusArray, answer, checked
 from alloc.nullspace.by_level import ByLevel, Mixed
 from alloc.reach.edge import start
 from alloc.vehicle import Vehicle
@@ -15,12 +16,12 @@ from alloc.vehicle.current import Draw, checked_cap
 
 SPARE = 1e-9
 """Share of a cap by which a sum of currents may exceed it because of rounding [-]."""
-STEPS = 64
-"""Most thrusts computed on a path. Every second step halves what is left of it, so 64 leave 2e-10."""
+STEPS = 96
+"""Most thrusts computed on a path. Every third step halves what is left of it, so 96 leave 2e-10."""
 
 
 class CurrentCap:
-    """The allocator of a formulation with one level, whose calls may have a cap on the sum of currents.
+    """The allocator of a formulation whose calls may have a cap on the sum of currents.
 
     On the way of least effort to the demand, the share is the one at which the current reaches the cap.
     Currents are those of ``Vehicle.draw``. INFEASIBLE says, too, that thrusts at rest draw more than the cap.
@@ -33,6 +34,9 @@ class CurrentCap:
         self._vehicle, self._uncapped = vehicle, uncapped
         self.formulation, self.tolerance = uncapped.formulation, uncapped.tolerance
         self._limits_of_call = at_call(vehicle, held=True)
+        self._draw = lru_cache(maxsize=256)(vehicle.draw)
+        self._rest, self._levels = np.zeros(vehicle.n), uncapped.levels
+        self._straight = uncapped if isinstance(uncapped, ByLevel) and uncapped.goes_straight else None
 
     def __call__(
         self,
@@ -44,27 +48,70 @@ class CurrentCap:
         volts: float | None = None,
     ) -> Allocation:
         """Allocate one wrench (k,) [N, N m] within limits (n,) [N] and a cap [A], at a voltage [V]."""
-        found = self._uncapped(tau, f_min, f_max)
         if cap is None:
-            return found
-        most, draw = checked_cap(cap), self._vehicle.draw(volts)
+            return self._uncapped(tau, f_min, f_max)
+        most, draw = checked_cap(cap), self._draw(volts)
+        wrench, (low, high) = checked(tau, self._vehicle.k), self._limits_of_call(f_min, f_max)
+        within = self._before_limits(wrench, low, high, draw, most)
+        if within is not None and len(within.amps):
+            return within if np.sum(within.amps) <= most else below_rest(self._vehicle)
+        found = self._uncapped(wrench, low, high)
         if not found.found:
             return found
         amps = draw.amps(found.f)
         if amps.sum() <= most:
             return found._replace(amps=amps)
-        low, high = self._limits_of_call(f_min, f_max)
+        answers = self._answers(wrench, low, high, found)
+        if within is None:
+            within = answers(0.0)
+            if not draw.amps(start(low, high)).sum() <= most:
+                return below_rest(self._vehicle)
+        within, steps = cap_share(answers, draw, most, within, found)
+        return within._replace(iterations=found.iterations + steps, amps=draw.amps(within.f))
+
+    def _before_limits(
+        self, wrench: FloatArray, low: FloatArray, high: FloatArray, draw: Draw, cap: float
+    ) -> Allocation | None:
+        """Answer at which the path meets a limit, or the cap [A] where that comes first, then with its amps.
+
+        None where limits exclude 0, and where a level stops before any limit.
+        """
+        lows, highs = low.tolist(), high.tolist()
+        if self._straight is None or not max(lows) <= 0.0 <= min(highs):
+            return None
+        f, residual = self._straight.unlimited(wrench)
+        share = 1.0
+        for x, least, most in zip(f.tolist(), lows, highs, strict=True):
+            if not least <= share * x <= most:
+                share = (least if x < 0.0 else most) / x
+        f = (share * f).clip(low, high)
+        part = reaches(draw, cap * (1 - SPARE / 2), self._rest, f)
+        amps: FloatArray | tuple[()] = ()
+        if part < 1.0:
+            f, share = part * f, part * share
+            amps = draw.amps(f)
+        shares = self._levels * (share,)
+        return answer(f, Status.PARTIAL, len(f), share=shares, residual=share * residual, amps=amps)
+
+    def _answers(
+        self, wrench: FloatArray, low: FloatArray, high: FloatArray, whole: Allocation
+    ) -> Callable[[float], Allocation]:
+        """A function of a share that returns the answer for so much of the demand."""
         rest = start(low, high)
-        if not draw.amps(rest).sum() <= most:
-            return below_rest(self._vehicle)
-        wrench, begin = checked(tau, self._vehicle.k), self._vehicle.TP.dot(rest)
+        begin = self._vehicle.TP.dot(rest)
+        path = None if self._straight is None else self._straight.path(wrench, low, high)
 
         def answers(share: float) -> Allocation:
-            part = self._uncapped(begin + share * (wrench - begin), low, high)
-            return part._replace(status=Status.PARTIAL, share=(share * part.share[0],))
+            if (
+                path is not None
+                and (found := path(tuple(min(share, one) for one in whole.share))) is not None
+            ):
+                return found
+            found = self._uncapped(begin + share * (wrench - begin), low, high)
+            shares = tuple(share * one for one in found.share)
+            return found._replace(status=Status.PARTIAL, share=shares)
 
-        within, steps = cap_share(answers, draw, most, answers(0.0), found)
-        return within._replace(iterations=found.iterations + steps, amps=draw.amps(within.f))
+        return answers
 
     def many(
         self,
@@ -88,7 +135,7 @@ def below_rest(vehicle: Vehicle) -> Allocation:
 
 
 def cap_share(
-    answers: Callable[[float], Allocation], draw: Draw, cap: float, rest: Allocation, whole: Allocation
+    answers: Callable[[float], Allocation], draw: Draw, cap: float, within: Allocation, beyond: Allocation
 ) -> tuple[Allocation, int]:
     """Answer on a path whose current reaches the cap from below, and the answers computed.
 
@@ -100,12 +147,11 @@ def cap_share(
     ----------
     answers : function of a share that returns the answer for so much of the demand
     cap : on the sum of currents [A]
-    rest, whole : the answers at the beginning of the path, within the cap, and at its end, beyond it
+    within, beyond : answers on the path within the cap and beyond; of several levels the largest share counts
     """
-    low, high, near = 0.0, whole.share[0], SPARE * cap
-    within, beyond = rest, whole
+    low, high, near = max(within.share), max(beyond.share), SPARE * cap
     for step in range(STEPS):
-        along = reaches(draw, cap - near / 2, within.f, beyond.f) if step % 2 == 0 else 0.5
+        along = reaches(draw, cap - near / 2, within.f, beyond.f) if step % 3 < 2 else 0.5
         share = low + along * (high - low)
         if not low < share < high:
             break
@@ -121,16 +167,22 @@ def cap_share(
 
 
 def reaches(draw: Draw, cap: float, f_low: FloatArray, f_high: FloatArray) -> float:
-    """Part of the chord from thrusts within a cap [A] to others beyond where their current is the cap [-].
+    """Part 0 … 1 of the chord from thrusts within a cap [A] to others at which their current is the cap.
 
-    Newton's steps from the far end of a convex function come nearer to its root and stay beyond it.
+    It is 1 where the current at the other end is within the cap. Newton's steps stay beyond the root of a
+    convex function once they are. They begin where it is if currents grow with the power 3/2 of thrusts.
     """
-    chord, t = f_high - f_low, 1.0
+    begin, step, near = f_low.tolist(), (f_high - f_low).tolist(), SPARE * cap / 4
+    most, _ = draw.total(begin, step, 1.0)
+    if most <= cap:
+        return 1.0
+    least, _ = draw.total(begin, step, 0.0)
+    if least >= cap:
+        return 0.0
+    t = float(((cap - least) / (most - least)) ** (2 / 3))
     for _ in range(STEPS):
-        f = f_low + t * chord
-        over = float(draw.amps(f).sum()) - cap
-        rise = float(draw.rises(f).dot(chord))
-        if over <= SPARE * cap / 4 or not rise > 0.0:
+        current, rise = draw.total(begin, step, t)
+        if abs(current - cap) <= near:
             break
-        t -= over / rise
+        t = min(max(t - (current - cap) / rise, 0.0), 1.0) if rise > 0.0 else 1.0
     return t

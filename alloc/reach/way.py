@@ -154,6 +154,13 @@ class Way:
                 slack = np.maximum(slack - s * along, 0.0)
         return w + moved * self._scale, tuple(taken)
 
+    def pushed(self, tau: FloatArray) -> FloatArray:
+        """The part of a wrench (k,) that thrusters push: the end of a way from 0 that nothing stops."""
+        if self._straight:
+            return tau
+        part: FloatArray = self._whole.dot(tau / self._scale) * self._scale
+        return part
+
     def towards_many(self, taus: FloatArray, begin: Departure) -> tuple[FloatArray, FloatArray]:
         """``towards`` for N demands (N, k): the wrenches reached (N, k), and the shares (N, L).
 

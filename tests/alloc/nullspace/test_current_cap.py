@@ -70,6 +70,19 @@ def test_the_share_is_that_of_a_bisection_on_the_path_without_a_cap(
     assert stopped > 4
 
 
+def test_a_cap_that_comes_before_any_limit_leaves_its_power_of_two_thirds(rng: np.random.Generator) -> None:
+    vehicle = CASES["a law"]
+    allocate, pinv = build("scaled", vehicle), build("pinv", vehicle)
+    for tau in rng.normal(size=(20, 6)) * vehicle.wrench_scale:
+        f = pinv(tau).f
+        whole = vehicle.draw(12.0).amps(f).sum()
+        for cap in (0.0, 1.0, 3.0):
+            found, share = allocate(tau, cap=cap, volts=12.0), min(1.0, (cap / whole) ** (2 / 3))
+            np.testing.assert_allclose(found.f, share * f, rtol=1e-6, atol=1e-9)
+            assert found.share[0] == pytest.approx(share, rel=1e-6)
+            assert np.sum(found.amps) <= cap
+
+
 def test_many_answers_as_single_calls(rng: np.random.Generator) -> None:
     taus = rng.normal(size=(5, 6)) * HEAVY.wrench_scale
     allocate = build("scaled", HEAVY)

@@ -88,12 +88,17 @@ def test_a_law_is_its_formula_and_its_pieces_lie_on_and_above_it(tmp_path: Path)
     assert above.max() < 1e-3 * law.draws(f).max()
 
 
-def test_a_slope_is_that_of_the_current_to_the_right(tmp_path: Path) -> None:
-    f, step = np.array([[-20.0, 11.0], [3.0, 35.0]]), 1e-6
+def test_a_tangent_is_the_current_and_its_slope_to_the_right(tmp_path: Path) -> None:
+    rng, step = np.random.default_rng(7), 1e-6
     for esc in (f"{CURVE}, {AMPS}", f"{CURVE}, {LAW}"):
         draw = two(tmp_path, esc).draw(12.0)
-        rise = (draw.amps(f + step) - draw.amps(f)) / step
-        np.testing.assert_allclose(draw.rises(f), rise, rtol=1e-5)
+        for begin in (*rng.uniform(-20.0, 35.0, (20, 2)), np.zeros(2)):
+            way = rng.uniform(0.0, 5.0, 2)
+            current, slope = draw.total(begin.tolist(), way.tolist(), 0.5)
+            f = begin + 0.5 * way
+            np.testing.assert_allclose(current, draw.amps(f).sum(), rtol=1e-12, atol=1e-12)
+            rise = (draw.amps(f + step * way).sum() - current) / step
+            np.testing.assert_allclose(slope, rise, rtol=1e-4)
 
 
 def test_a_cap_is_what_the_reserve_leaves_and_watts_are_divided_by_volts(tmp_path: Path) -> None:
