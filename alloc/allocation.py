@@ -117,8 +117,9 @@ class Allocator(Protocol):
 
         A limit left out is the vehicle's. Where some f_min exceeds f_max there is nothing to allocate: the
         answer of a method with limits is INFEASIBLE. Raises DemandError for bad shape or values.
-        A ``cap`` on the sum of currents [A] at a voltage [V] is taken by ``scaled`` and ``frugal``, by others
-        refused with a DemandError; where no f within the limits meets it the answer is INFEASIBLE.
+        A ``cap`` on the sum of currents [A] at a voltage [V] is taken by ``scaled``, ``scaled-by-group`` and
+        ``frugal``, by others refused with a DemandError; where no f within the limits meets it the answer is
+        INFEASIBLE.
         """
         ...
 
@@ -162,7 +163,7 @@ class BoundedSteps(Protocol):
 
 def no_cap(formulation: str) -> DemandError:
     """The refusal of a method that knows no cap on currents."""
-    return DemandError(f"cap: methods for '{formulation}' take none; use scaled or frugal")
+    return DemandError(f"cap: methods for '{formulation}' take none; use scaled, scaled-by-group or frugal")
 
 
 _new = tuple.__new__

@@ -3,7 +3,8 @@
 from alloc.formulations.scaled_by_group import FORMULATION as ANSWERED
 from alloc.kernels.by_level import MEANINGS, by_level
 from alloc.kernels.rules import doubt
-from alloc.nullspace.by_level import ByLevel, Mixed, allocator
+from alloc.nullspace.by_level import allocator
+from alloc.nullspace.current_cap import CurrentCap
 from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
 
@@ -11,9 +12,9 @@ __all__ = ["FORMULATION", "MEANINGS", "build", "doubt", "program", "program_for_
 FORMULATION = ANSWERED.name
 
 
-def build(vehicle: Vehicle) -> ByLevel | Mixed:
+def build(vehicle: Vehicle) -> CurrentCap:
     """Prepare to go straight towards the demand in each group of axes, at least effort."""
-    return allocator(vehicle, ANSWERED)
+    return CurrentCap(vehicle, allocator(vehicle, ANSWERED))
 
 
 def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:

@@ -23,7 +23,8 @@ STEPS = 96
 class CurrentCap:
     """The allocator of a formulation whose calls may have a cap on the sum of currents.
 
-    On the way of least effort to the demand, the share is the one at which the current reaches the cap.
+    On the way of least effort to the demand, the share is the one at which the current reaches the cap; of
+    several levels all stop there, but those that a limit stopped before.
     Currents are those of ``Vehicle.draw``. INFEASIBLE says, too, that thrusts at rest draw more than the cap.
     """
 

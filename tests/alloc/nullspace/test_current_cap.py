@@ -1,4 +1,4 @@
-"""`scaled` under a cap: the share at which the current of its path meets the cap, and refusals."""
+"""A cap on the path of least effort: shares at which its current meets the cap, and refusals."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -13,7 +13,7 @@ from alloc.errors import DemandError, VehicleError
 from alloc.reach.edge import start
 from alloc.vehicle.current import PowerLaw
 
-HONOUR = {"scaled", "frugal"}
+HONOUR = {"scaled", "scaled-by-group", "frugal"}
 """Methods that take a cap."""
 
 
@@ -44,12 +44,13 @@ def calls(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Iterator[Call]:
         yield rng.uniform(0.2, 2.0) * vehicle.TP @ F, low, narrower[1] * vehicle.f_max, cap, volts
 
 
+@pytest.mark.parametrize("method", ["scaled", "scaled-by-group"])
 @pytest.mark.parametrize("case", CASES)
-def test_the_share_is_that_of_a_bisection_on_the_path_without_a_cap(
-    case: str, rng: np.random.Generator
+def test_shares_are_those_of_a_bisection_on_the_path_without_a_cap(
+    case: str, method: str, rng: np.random.Generator
 ) -> None:
     vehicle, stopped = CASES[case], 0
-    allocate = build("scaled", vehicle)
+    allocate = build(method, vehicle)
     for tau, low, high, cap, volts in calls(vehicle, rng, 12):
         draw, begin = vehicle.draw(volts), vehicle.strong.TP @ start(low, high)
         whole, found = allocate(tau, low, high), allocate(tau, low, high, cap=cap, volts=volts)
@@ -59,14 +60,15 @@ def test_the_share_is_that_of_a_bisection_on_the_path_without_a_cap(
             assert (found.status, found.share) == (whole.status, whole.share)
             continue
         stopped += 1
-        least, most = 0.0, whole.share[0]
+        least, most = 0.0, max(whole.share)
         for _ in range(40):
             middle = (least + most) / 2
             f = allocate(begin + middle * (tau - begin), low, high).f
             least, most = (middle, most) if draw.amps(f).sum() <= cap else (least, middle)
+        there = allocate(begin + least * (tau - begin), low, high)
         assert found.status == Status.PARTIAL
-        assert abs(found.share[0] - least) < 1e-6
-        np.testing.assert_allclose(found.f, allocate(begin + least * (tau - begin), low, high).f, atol=1e-4)
+        np.testing.assert_allclose(found.share, least * np.array(there.share), atol=1e-6)
+        np.testing.assert_allclose(found.f, there.f, atol=1e-4)
     assert stopped > 4
 
 
