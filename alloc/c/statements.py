@@ -27,6 +27,7 @@ STATUSES = {
     0: "TB_SOLVED",
     1: "TB_PARTIAL",
     2: "TB_INFEASIBLE",
+    3: "TB_NOT_CONVERGED",
     NO_SUCH_FAULT: "TB_NO_SUCH_FAULT",
     -2: "TB_NOT_FINITE",
 }

@@ -7,6 +7,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.kernels.rules import Ruled
+from alloc.kernels.template import filled, unrolled
 from alloc.kernels.tolerance import MET
 from alloc.nullspace.structure import decompose
 from alloc.program import Builder, DataLoop, Expression, Scalar
@@ -79,13 +80,7 @@ def _text(vehicle: Vehicle, scalar: Scalar, spare: float) -> str:
     full = np.count_nonzero(vehicle.H - np.diag(np.diag(vehicle.H)))
     text = re.sub(r"^( *)//full ?(.*\n)", r"\1\2" if full else "", text, flags=re.MULTILINE)
     Z, E = _responses(vehicle)
-    sizes = {"K": vehicle.k, "N": vehicle.n, "D": Z.shape[1]}
-
-    def each(line: re.Match[str]) -> str:
-        """A line for each column, without a loop: half the instructions."""
-        return "".join(line[1] + re.sub(r"(?<=[ze\[ ])_", f"{i}", line[3]) for i in range(sizes[line[2]]))
-
-    text = re.sub(r"^( *)//each ([DKN]) (.*\n)", each, text, flags=re.MULTILINE)
+    text = unrolled(text, {"K": vehicle.k, "N": vehicle.n, "D": Z.shape[1]})
     least = RANK[scalar] ** 2 * np.column_stack([(Z**2).sum(axis=1), (E**2).sum(axis=1)])
     words = {
         "SCALAR": scalar,
@@ -101,7 +96,7 @@ def _text(vehicle: Vehicle, scalar: Scalar, spare: float) -> str:
         "HESSIAN": _rows(vehicle.H, scalar),
         "MOVED": "y" if full else "f",
     }
-    return re.sub(rf"\b({'|'.join(words)})\b", lambda word: words[word[0]], text)
+    return filled(text, words)
 
 
 def _responses(vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:

@@ -29,10 +29,16 @@ typedef double tb_real;
 
 #ifndef THRUSTBENCH_STATUSES
 #define THRUSTBENCH_STATUSES
-enum { TB_SOLVED = 0, TB_PARTIAL = 1, TB_INFEASIBLE = 2, TB_NO_SUCH_FAULT = -1, TB_NOT_FINITE = -2 };
+enum {
+    TB_SOLVED = 0,
+    TB_PARTIAL = 1,
+    TB_INFEASIBLE = 2,
+    TB_NOT_CONVERGED = 3, /* no thrusts that keep what a status promises were found; f is left alone */
+    TB_NO_SUCH_FAULT = -1,
+    TB_NOT_FINITE = -2
+};
 #endif
 enum {
-    TB_NOT_CONVERGED = 3,   /* no thrusts that keep what a status promises were found; f is left alone */
     TB_BAD_ARGUMENT = -3,   /* a size, a weight, a readiness or a limit that no vehicle has; or nothing is prepared */
     TB_NEARLY_SINGULAR = -4 /* T nearly loses rank: rounding alone would miss wrenches */
 };

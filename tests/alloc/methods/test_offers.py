@@ -34,7 +34,7 @@ def test_a_solver_s_stage_solves_what_is_posed_with_limits_of_each_thruster(
     assert x[: len(f)] * unit == pytest.approx(f, abs=1e-3 * vehicle.f_scale)
 
 
-def test_only_nullspace_in_python_and_in_c_bounds_its_steps(entry: Entry) -> None:
+def test_nullspace_and_soft_in_python_and_in_c_bound_their_steps(entry: Entry) -> None:
     allocate = build(entry.name, VEHICLE)
     bound = allocate.worst_case_steps if isinstance(allocate, BoundedSteps) else None
-    assert (bound is not None) == ("nullspace" in (entry.name, entry.twin))
+    assert (bound is not None) == bool({"nullspace", "soft"} & {entry.name, entry.twin})

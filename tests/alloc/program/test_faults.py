@@ -13,8 +13,9 @@ from bench.demands.generated import vehicle_of
 from tests.vehicles import made_up
 
 UKWIAL = load_vehicle("ukwial")
-TOGETHER = [name for name, each in recipes().items() if each.make_for_all and name != "redistribute"]
-"""Methods for all faults but redistribute, whose loop its C calculates: tests/alloc/c/test_generated.py."""
+LOOPS = ("redistribute", "soft")
+"""Methods whose loop over data their C alone calculates: tests/alloc/c/test_generated.py."""
+TOGETHER = [name for name, each in recipes().items() if each.make_for_all and name not in LOOPS]
 
 
 def test_what_is_known_of_each_fault_is_calculated_beforehand() -> None:
@@ -135,7 +136,7 @@ def test_thrusters_that_do_not_reverse_take_nothing_of_a_demand_by_rounding(
     np.testing.assert_allclose(evaluate(program, taus).share, expected, rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("method", [*TOGETHER, "redistribute"])
+@pytest.mark.parametrize("method", [*TOGETHER, *LOOPS])
 def test_a_vehicle_with_one_thruster_has_no_fault_to_answer_together(method: str) -> None:
     alone = made_up([[1.0]])
     assert recipe(method).program_for_all(alone, "fixed", "double").faults in ((), (-1,))
