@@ -50,6 +50,24 @@ class Power(msgspec.Struct, kw_only=True):
         )
 
 
+class CapKept(msgspec.Struct, kw_only=True):
+    """Way to keep a cap that falls evenly over a mission, and how far it exceeds it.
+
+    Attributes
+    ----------
+    way : in words
+    over_A : largest current above the cap, 0 for none [A]
+    over_share : share of the mission above it [-]
+    share_p50, share_min : median and least share of a demand that is delivered along it [-]
+    """
+
+    way: str
+    over_A: float
+    over_share: float
+    share_p50: float
+    share_min: float
+
+
 class FuseCost(msgspec.Struct, kw_only=True):
     """Cost of a cap by each way to keep it.
 
@@ -61,6 +79,7 @@ class FuseCost(msgspec.Struct, kw_only=True):
     n_demands : directions of demands that the shares are of
     ways : the largest share there is first
     powers : of the missions; empty where nothing says a voltage
+    kept, last_amps : a mission by each way while the cap falls, and what is left of it at the end [A]
     """
 
     amps: float
@@ -69,3 +88,5 @@ class FuseCost(msgspec.Struct, kw_only=True):
     n_demands: int
     ways: list[FuseWay]
     powers: list[Power] = []
+    kept: list[CapKept] = []
+    last_amps: float = 0.0

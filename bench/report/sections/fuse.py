@@ -38,7 +38,24 @@ def _vehicle(capability: Capability, cost: FuseCost) -> list[str]:
             ],
         ),
         table(headers, [[way.way, *_ends(way)] for way in cost.ways]),
+        *_mission(cost),
         *(f"Energy of {power.demands}, {three(power.seconds)} s: {power.words}.\n" for power in cost.powers),
+    ]
+
+
+def _mission(cost: FuseCost) -> list[str]:
+    """A table of a mission while the cap falls; empty where it was not flown."""
+    if not cost.kept:
+        return []
+    headers = ("mission", "above the cap, at most [A]", "of the time", "delivered", "least")
+    lines = [
+        [kept.way, three(kept.over_A), *map(percent, (kept.over_share, kept.share_p50, kept.share_min))]
+        for kept in cost.kept
+    ]
+    return [
+        f"Half a minute under way, while the cap falls from {three(cost.amps)} to"
+        f" {three(cost.last_amps)} A. *Delivered* is the share of a demand along it, median and least.\n",
+        table(headers, lines),
     ]
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.record import Capability, FuseCost, FuseWay, Power
+from bench.record import Capability, CapKept, FuseCost, FuseWay, Power
 from bench.report.page import page
 from bench.report.sections.fuse import fuse
 from bench.report.verdict import fuse_notes
@@ -22,7 +22,9 @@ def way(name: str, share: float) -> FuseWay:
 def capped() -> Capability:
     ways = [way("largest", 1.0), way("apart", 0.5)]
     powers = [Power(demands="mission", n=100, seconds=1800.0, effort_W=100.0, least_W=98.0)]
-    cost = FuseCost(amps=22.0, volts=12.0, most=137.0, n_demands=100, ways=ways, powers=powers)
+    kept = [CapKept(way="limiter", over_A=12.5, over_share=0.1, share_p50=0.9, share_min=0.25)]
+    numbers = {"amps": 22.0, "volts": 12.0, "most": 137.0, "last_amps": 13.2, "n_demands": 100}
+    cost = FuseCost(**numbers, ways=ways, powers=powers, kept=kept)
     return made_up.capability(fuse=cost)
 
 
@@ -39,6 +41,8 @@ def test_the_section_has_shares_currents_and_the_most_along_each_axis(
     assert re.search(r"\| apart +\| +50.0 % +\| +25.0 % +\| +125 % +\| +150 % +\|", text)
     assert re.search(r"\| apart +\| -1.50 … 2.00 +\| ± 2.00 +\| ± 1.00 +\|", text)
     assert "mission, 1800 s: 50 Wh by least effort, 49 Wh at least current: 2 % less" in text
+    assert "while the cap falls from 22.0 to 13.2 A" in text
+    assert re.search(r"\| limiter +\| +12.5 +\| +10.0 % +\| +90.0 % +\| +25.0 % +\|", text)
     assert text in page(run, frozenset())
 
 
