@@ -3,7 +3,8 @@
     python docs/studies/fuse.py [DIRECTIONS]
 
 Demands lie along random thrusts within the limits at 12 V, farther out than these allow. One way holds each
-thruster to the n-th part of the cap; `scaled` and `frugal` take the cap in the call.
+thruster to the n-th part of the cap; `scaled` and `frugal` take the cap in the call. Last comes the energy of
+the missions, without a cap.
 """
 
 import sys
@@ -12,6 +13,7 @@ import numpy as np
 
 from alloc import Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
+from bench.judging.energy import missions_power
 from bench.judging.fuse import each_at
 
 CAP, VOLTS = 20.0, 12.0
@@ -53,9 +55,13 @@ def compared(vehicle: Vehicle, directions: int) -> dict[str, FloatArray]:
 
 if __name__ == "__main__":
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 288
-    found = [compared(load_vehicle(name), count) for name in VEHICLES]
+    vehicles = [load_vehicle(name) for name in VEHICLES]
+    found = [compared(vehicle, count) for vehicle in vehicles]
     for what in RATIOS:
         cells = (
             f"{np.median(each[what]):.2f} ({each[what].min():.2f} … {each[what].max():.2f})" for each in found
         )
         print(f"| {what} | {' | '.join(cells)} |")
+    powers = [missions_power(vehicle, VOLTS, 0) for vehicle in vehicles]
+    for each in zip(*powers, strict=True):
+        print(f"| energy of {each[0].demands} | {' | '.join(power.words for power in each)} |")
