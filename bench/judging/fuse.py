@@ -17,7 +17,7 @@ from alloc.vehicle.limits import Interval
 from bench.demands.strong import strong_vehicle, unasked_weak_axes
 from bench.judging.energy import missions_power
 from bench.judging.judge import rounded
-from bench.judging.sagging_cap import SAG, caps_kept
+from bench.judging.sagging_cap import SAG, cap_excesses
 from bench.record import FuseCost, FuseWay
 
 DIRECTIONS = 100
@@ -121,7 +121,7 @@ def fuse_cost(vehicle: Vehicle, seed: int) -> FuseCost | None:
         n_demands=DIRECTIONS,
         ways=found,
         powers=[] if volts is None else missions_power(vehicle, volts, seed),
-        kept=caps_kept(vehicle, seed),
+        excesses=cap_excesses(vehicle, seed),
         last_amps=rounded(SAG * amps),
     )
 

@@ -14,13 +14,13 @@ from alloc.allocation import FloatArray
 from bench.demands import build_demands
 from bench.judging.judge import rounded
 from bench.judging.loss import share_along
-from bench.record import CapKept
+from bench.record import CapExcess
 
 SET = "mission"
 SAG = 0.6
 """Part of the file's cap that is left when the mission ends; it falls evenly [-]."""
 STEP = 10
-"""Of so many demands one is answered within the cap, and counts: a call with a cap takes milliseconds."""
+"""Distance between the demands that are answered and counted: a call with a cap takes milliseconds."""
 TIME_CONSTANT = 5.0
 """MOT_BAT_CURR_TC where nobody sets it [s]."""
 AHEAD, FAST, BRAKE = 5.0, 1.5, 2.5
@@ -54,8 +54,8 @@ def fed_back(vehicle: Vehicle, F: FloatArray, caps: FloatArray, volts: float, dt
     return made
 
 
-def caps_kept(vehicle: Vehicle, seed: int) -> list[CapKept]:
-    """How each way keeps a cap that falls from the file's to SAG of it over the mission.
+def cap_excesses(vehicle: Vehicle, seed: int) -> list[CapExcess]:
+    """Excess over a cap that falls from the file's to SAG of it over the mission, by each way to keep it.
 
     Empty for a vehicle without a cap or a voltage, and one that can't fly the mission.
     """
@@ -81,12 +81,12 @@ def caps_kept(vehicle: Vehicle, seed: int) -> list[CapKept]:
         FEEDBACK: fed_back(vehicle, F, caps, volts, dt)[counted],
         WITHOUT: F[counted],
     }
-    kept = []
+    found = []
     for way, made in ways.items():
         over = draw.amps(made).sum(axis=1) - caps[counted]
         shares = share_along(demands.strong[0], demands.strong[1][counted], made, limits)
-        kept.append(
-            CapKept(
+        found.append(
+            CapExcess(
                 way=way,
                 over_A=rounded(max(float(over.max()), 0.0)),
                 over_share=rounded(float(np.mean(over > 0.0))),
@@ -94,4 +94,4 @@ def caps_kept(vehicle: Vehicle, seed: int) -> list[CapKept]:
                 share_min=rounded(float(np.nanmin(shares))),
             )
         )
-    return kept
+    return found

@@ -1,7 +1,7 @@
 """Record of a run: facts as they were measured, one line each, written and read here."""
 
 from bench.record.file import FILE_NAME, PACKED, Record, RecordError, parse, read
-from bench.record.fuse import CapKept, FuseCost, FuseWay, Power
+from bench.record.fuse import CapExcess, FuseCost, FuseWay, Power
 from bench.record.measured import (
     FARTHER,
     SERVED_WITHIN,
@@ -47,7 +47,7 @@ __all__ = [
     "AxisCost",
     "Batch",
     "BoardFacts",
-    "CapKept",
+    "CapExcess",
     "Capability",
     "Cell",
     "Curve",

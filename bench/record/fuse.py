@@ -50,7 +50,7 @@ class Power(msgspec.Struct, kw_only=True):
         )
 
 
-class CapKept(msgspec.Struct, kw_only=True):
+class CapExcess(msgspec.Struct, kw_only=True):
     """Way to keep a cap that falls evenly over a mission, and how far it exceeds it.
 
     Attributes
@@ -79,7 +79,7 @@ class FuseCost(msgspec.Struct, kw_only=True):
     n_demands : directions of demands that the shares are of
     ways : the largest share there is first
     powers : of the missions; empty where nothing says a voltage
-    kept, last_amps : a mission by each way while the cap falls, and what is left of it at the end [A]
+    excesses, last_amps : a mission by each way while the cap falls, and what is left of it at the end [A]
     """
 
     amps: float
@@ -88,5 +88,5 @@ class FuseCost(msgspec.Struct, kw_only=True):
     n_demands: int
     ways: list[FuseWay]
     powers: list[Power] = []
-    kept: list[CapKept] = []
+    excesses: list[CapExcess] = []
     last_amps: float = 0.0

@@ -45,12 +45,16 @@ def _vehicle(capability: Capability, cost: FuseCost) -> list[str]:
 
 def _mission(cost: FuseCost) -> list[str]:
     """A table of a mission while the cap falls; empty where it was not flown."""
-    if not cost.kept:
+    if not cost.excesses:
         return []
     headers = ("mission", "above the cap, at most [A]", "of the time", "delivered", "least")
     lines = [
-        [kept.way, three(kept.over_A), *map(percent, (kept.over_share, kept.share_p50, kept.share_min))]
-        for kept in cost.kept
+        [
+            excess.way,
+            three(excess.over_A),
+            *map(percent, (excess.over_share, excess.share_p50, excess.share_min)),
+        ]
+        for excess in cost.excesses
     ]
     return [
         f"Half a minute under way, while the cap falls from {three(cost.amps)} to"

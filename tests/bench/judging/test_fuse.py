@@ -59,7 +59,7 @@ def test_the_cost_is_that_of_the_file_s_cap_and_a_cap_that_never_binds_costs_not
 ) -> None:
     monkeypatch.setattr("bench.judging.fuse.DIRECTIONS", 8)
     monkeypatch.setattr("bench.judging.energy.MISSIONS", ())
-    monkeypatch.setattr("bench.judging.fuse.caps_kept", lambda *_: [])
+    monkeypatch.setattr("bench.judging.fuse.cap_excesses", lambda *_: [])
     cost, wide = fuse_cost(heavy(), 0), fuse_cost(heavy(1000.0), 0)
     assert cost is not None
     assert wide is not None

@@ -8,7 +8,7 @@ import pytest
 from alloc import Vehicle, load_vehicle
 from alloc.vehicle.current import Cap
 from bench.demands import DemandSet, labelled
-from bench.judging.sagging_cap import FEEDBACK, WITHIN, WITHOUT, caps_kept, fed_back, output_factor
+from bench.judging.sagging_cap import FEEDBACK, WITHIN, WITHOUT, cap_excesses, fed_back, output_factor
 
 DT, TC = 0.01, 5.0
 LOOP = DT / (DT + TC)
@@ -51,14 +51,14 @@ def test_allocation_within_the_cap_never_exceeds_it_and_the_limiter_does(
         return labelled("mission", vehicle, f @ vehicle.T.T, rate_hz=100.0)
 
     monkeypatch.setattr("bench.judging.sagging_cap.build_demands", drawn)
-    kept = {each.way: each for each in caps_kept(VEHICLE, 1)}
-    assert kept[WITHIN].over_A == kept[WITHIN].over_share == 0.0
-    assert 0.0 < kept[FEEDBACK].over_A <= kept[WITHOUT].over_A
-    assert kept[FEEDBACK].over_share < kept[WITHOUT].over_share
-    assert kept[WITHIN].share_p50 < 1.0
-    assert kept[WITHOUT].share_min == pytest.approx(1.0)
+    found = {each.way: each for each in cap_excesses(VEHICLE, 1)}
+    assert found[WITHIN].over_A == found[WITHIN].over_share == 0.0
+    assert 0.0 < found[FEEDBACK].over_A <= found[WITHOUT].over_A
+    assert found[FEEDBACK].over_share < found[WITHOUT].over_share
+    assert found[WITHIN].share_p50 < 1.0
+    assert found[WITHOUT].share_min == pytest.approx(1.0)
 
 
 def test_a_vehicle_without_a_cap_or_a_voltage_is_not_flown() -> None:
-    assert caps_kept(replace(VEHICLE, cap=None), 0) == []
-    assert caps_kept(replace(VEHICLE, cap=Cap(20.0)), 0) == []
+    assert cap_excesses(replace(VEHICLE, cap=None), 0) == []
+    assert cap_excesses(replace(VEHICLE, cap=Cap(20.0)), 0) == []

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.record import Capability, CapKept, FuseCost, FuseWay, Power
+from bench.record import Capability, CapExcess, FuseCost, FuseWay, Power
 from bench.report.page import page
 from bench.report.sections.fuse import fuse
 from bench.report.verdict import fuse_notes
@@ -22,9 +22,9 @@ def way(name: str, share: float) -> FuseWay:
 def capped() -> Capability:
     ways = [way("largest", 1.0), way("apart", 0.5)]
     powers = [Power(demands="mission", n=100, seconds=1800.0, effort_W=100.0, least_W=98.0)]
-    kept = [CapKept(way="limiter", over_A=12.5, over_share=0.1, share_p50=0.9, share_min=0.25)]
+    excesses = [CapExcess(way="limiter", over_A=12.5, over_share=0.1, share_p50=0.9, share_min=0.25)]
     numbers = {"amps": 22.0, "volts": 12.0, "most": 137.0, "last_amps": 13.2, "n_demands": 100}
-    cost = FuseCost(**numbers, ways=ways, powers=powers, kept=kept)
+    cost = FuseCost(**numbers, ways=ways, powers=powers, excesses=excesses)
     return made_up.capability(fuse=cost)
 
 
