@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from alloc.allocation import Allocator, FloatArray
 from alloc.errors import NotInstalled, PluginError, UnknownName, unknown
-from alloc.files.modules import check_for, modules
+from alloc.files.modules import check_for, modules, names
+from alloc.files.modules import module as named_module
 from alloc.foreign import COMMAND, is_command, is_compiled, runs_apart
 from alloc.formulations import Family, find_formulation, nearly
 from alloc.live.plain import ANY_DISTANCE, EXACT, Plain, check_declared
@@ -30,7 +31,7 @@ class Entry:
 
     Attributes
     ----------
-    name : e.g. ``pinv``, ``qp/osqp``, ``nullspace@native``; no code reads its parts
+    name : e.g. ``pinv``, ``qp/osqp``, ``nullspace@native``; ``find`` alone reads its parts
     formulation : name of the formulation whose right answer the method gives
     family : kind of method; reports show a family together
     solver : the QP solver that the method calls, empty for none
@@ -91,10 +92,16 @@ def prepare(entry: Entry, vehicle: Vehicle, *, start: str = "", level: str = "")
 
 
 def find(name: str) -> Entry:
-    """The catalogue's entry of that name, else the user's method of that name; raises UnknownName."""
-    for entry in catalogue():
-        if entry.name == name:
-            return entry
+    """The catalogue's entry of that name, else the user's method of that name; raises UnknownName.
+
+    The file that a name points to is asked first, so that no other is imported for most names.
+    """
+
+    def named(entries: Iterable[Entry]) -> Entry | None:
+        return next((entry for entry in entries if entry.name == name), None)
+
+    if entry := named(entries_at(name)) or named(catalogue()):
+        return entry
     if is_plugin(name):
         return load_plugin(name)
     raise unknown("method", name, (entry.name for entry in catalogue()))
@@ -290,6 +297,14 @@ def _own_rule(name: str) -> str:
     A file ``scale`` is held to no optimum, and misspells no ``scaled`` either.
     """
     return f"own-{name}" if nearly(name) else name
+
+
+def entries_at(name: str) -> Iterator[Entry]:
+    """Entries of the file that holds a method of such a name: ``clip``, ``qp/daqp``, ``clip@native``."""
+    stem, _, suffix = name.partition("@")
+    file = suffix or stem.partition("/")[0]
+    if file in names("alloc.methods"):
+        yield from _entries(named_module("alloc.methods", file))
 
 
 def _entries(module: ModuleType) -> Iterator[Entry]:

@@ -23,11 +23,14 @@ variant's key first.
 
 from dataclasses import dataclass
 from functools import cache
+from typing import TYPE_CHECKING
 
 from alloc import solvers
-from alloc.c.target import Recipe, make_recipe
 from alloc.errors import UnknownName
 from alloc.files.modules import modules
+
+if TYPE_CHECKING:  # most methods make no C
+    from alloc.c.target import Recipe
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,13 +74,15 @@ def by_solver(prefix: str, summary: str) -> dict[str, Variant]:
 
 
 @cache
-def recipes() -> dict[str, Recipe]:
+def recipes() -> "dict[str, Recipe]":
     """All methods that can be C, by name: those whose module has ``program``."""
+    from alloc.c.target import make_recipe
+
     found = modules(__name__).items()
     return {name: make_recipe(name, module) for name, module in found if hasattr(module, "program")}
 
 
-def recipe(name: str) -> Recipe:
+def recipe(name: str) -> "Recipe":
     """The kernel of the method of that name; raises UnknownName."""
     if name not in recipes():
         if name in modules(__name__)["library"].variants():  # an import would go round in a circle

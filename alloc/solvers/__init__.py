@@ -11,7 +11,6 @@ SLOW is True where a call takes more than 1 ms: ``thrustbench run --quick`` leav
 
 from collections import Counter
 from collections.abc import Callable, Mapping
-from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from math import nan
 from typing import Any, Literal, NamedTuple, NoReturn, Protocol, TypeVar
@@ -134,6 +133,8 @@ def refuse_interface(name: str, error: Exception) -> NoReturn:
 
     Call it where one of MOVED comes out of a solver's file.
     """
+    from importlib.metadata import PackageNotFoundError, version
+
     solver = load(name)
     try:
         seen = version(solver.PACKAGE)

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
 
-from bench.harness import machine
+from bench.harness import counters, machine
 from bench.harness.lines import now
 from bench.harness.plan import OVERHEAD_S, Group, RunSettings, budget_ns
 from bench.harness.process import Job, MeasureTask, Task
@@ -101,7 +101,7 @@ class RunState:
                 at=now(),
                 wall_s=round(time.monotonic() - self.began, 3),
                 timed_s=round(self.timed_ns / 1e9, 3),
-                load=machine.load(),
+                load=counters.load(),
             )
         )
 

@@ -17,7 +17,6 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from bench.harness import machine
 from bench.record import Batch, Method
 from bench.record.file import CanaryFile
 from bench.record.measured import binned
@@ -182,6 +181,8 @@ CANARY_BUDGET_NS = 1_000_000_000
 
 def measure_canaries() -> CanaryFile:
     """Time the canaries here, as a run does."""
+    from bench.harness import machine  # no worker describes it
+
     median_us = {}
     for name in CANARIES:
         with no_garbage_collection():

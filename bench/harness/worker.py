@@ -26,7 +26,7 @@ from alloc.live.plain import ANY_DISTANCE
 from alloc.vehicle.call_limits import one_by_one
 from bench.demands.store import Case, load_case, save
 from bench.harness.conduct import leftovers, misconduct, take_census
-from bench.harness.machine import between, reading
+from bench.harness.counters import between, reading
 from bench.harness.process import (
     AnswersWritten,
     AnswerTask,

@@ -6,6 +6,8 @@ import sys
 
 import pytest
 
+from alloc import catalogue
+from alloc.discovery import entries_at
 from bench.harness import ONE_THREAD, environment
 from bench.harness.process import cause
 
@@ -48,3 +50,19 @@ def test_the_suite_asks_for_one_thread_before_numpy_can_start_more() -> None:
     fresh = {key: value for key, value in environment().items() if key not in ONE_THREAD}
     done = subprocess.run([sys.executable, "-c", ask], env=fresh, capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["False", "1"]
+
+
+@pytest.mark.parametrize("method", ["qp/daqp", "clip"])
+def test_a_worker_imports_its_method_and_nothing_that_makes_c(method: str) -> None:
+    """Each process of a run read the whole catalogue, in a third of its start."""
+    code = "import sys, bench.harness.worker as w; w.find_entry(sys.argv[1], None); print(*sys.modules)"
+    ran = subprocess.run([sys.executable, "-c", code, method], capture_output=True, text=True, check=True)
+    assert set(ran.stdout.split()).isdisjoint(
+        {"alloc.c", "alloc.methods.native", "alloc.methods.redistribute", "email", "xml.sax"}
+    )
+
+
+def test_each_method_of_the_catalogue_is_found_in_the_file_that_its_name_points_to() -> None:
+    """Else ``find`` would import all files before it found one."""
+    found = {entry.name: {each.name for each in entries_at(entry.name)} for entry in catalogue()}
+    assert [name for name, there in found.items() if name not in there] == []
