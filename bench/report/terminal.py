@@ -20,6 +20,7 @@ from bench.report.verdict import (
     cut_log_notes,
     fuse_notes,
     opening_loop,
+    rank_notes,
     rate_note,
     trust_note,
     verdicts,
@@ -81,7 +82,8 @@ def show(directory: Path, console: Console) -> bool:
     loop = opening_loop(run)
     sized = sizes(run, loop)
     first = [size for size in best_of_each(sized) if size.vehicle in run.vehicles]
-    for line in [*verdicts(first, loop), *weak_notes(run), *fuse_notes(run), *rate_note(run), ""]:
+    notes = [*weak_notes(run), *rank_notes(run), *fuse_notes(run), *rate_note(run)]
+    for line in [*verdicts(first, loop), *notes, ""]:
         say(line)
     usefulness = {label: i for i, label in enumerate(rank_labels(sized, loop.period_us))}
     absent = {row.method: row.reason for row in run.rows if row.status == "missing"}

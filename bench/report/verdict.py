@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from itertools import groupby
 
 from alloc.vehicle.geometry import unit
+from bench.record import Capability
 from bench.results.emulated import IN_WORDS
 from bench.results.rows import Run
 from bench.results.size import Fit, Loop, Size, best_of_each, possible_first
@@ -198,6 +199,43 @@ def way_in_notes(run: Run) -> list[str]:
         if row.way_in_p50_us is not None:
             times.setdefault(row.method, []).append(row.way_in_p50_us)
     return [f"{name}: the way in takes {number_range(own)} µs of a call." for name, own in times.items()]
+
+
+SETS_OF_RANK = ("a point", "a line", "a plane")
+"""Names of attainable sets of rank 0, 1 and 2."""
+
+
+def name_of_state(capability: Capability, fault: int | None) -> str:
+    """The thruster that is off, by its name where it has one; ``none`` for the whole vehicle."""
+    if fault is None:
+        return "none"
+    return (capability.names[fault] if fault < len(capability.names) else "") or str(fault)
+
+
+def flat_sets(capability: Capability) -> list[tuple[str, str]]:
+    """Attainable sets of fewer dimensions than the vehicle has axes, and when: ``without thruster 2``.
+
+    Both are in words; the latter is empty where no thruster need be off.
+    """
+    states = {a.fault: a.rank for a in capability.authority}
+    found = []
+    for rank in sorted({rank for rank in states.values() if rank < len(capability.dof)}):
+        off = [fault for fault, own in states.items() if own == rank]
+        names = " or ".join(name_of_state(capability, fault) for fault in off)
+        which = "any one thruster" if len(off) == len(states) - 1 > 1 else f"thruster {names}"
+        what = SETS_OF_RANK[rank] if rank < len(SETS_OF_RANK) else f"a set of {rank} dimensions"
+        found.append((what, "" if None in off else f"without {which}"))
+    return found
+
+
+def rank_notes(run: Run) -> list[str]:
+    """A sentence for each vehicle and rank below its number of axes: of what shares served are shares."""
+    known = [(name, capability) for name in run.vehicles if (capability := run.capability(name))]
+    return [
+        f"{name}: {f'shares served {when}'.rstrip()} are shares of {what}: no more can be pushed."
+        for name, capability in known
+        for what, when in flat_sets(capability)
+    ]
 
 
 def weak_notes(run: Run) -> list[str]:

@@ -3,6 +3,7 @@
 from alloc.vehicle.geometry import unit
 from bench.record import Authority, Capability, LastMetre, Served
 from bench.report.pictures import picture
+from bench.report.verdict import flat_sets, name_of_state
 from bench.results.quantiles import share
 from bench.results.ranking import uncounted_methods
 from bench.results.rows import Run
@@ -50,17 +51,10 @@ def _authority(capability: Capability) -> str:
     """Table of authority; failures that leave the same share a line."""
     lines: dict[tuple[str, ...], list[str]] = {}
     for a in capability.authority:
-        lines.setdefault(_state(a), []).append(_off(capability, a.fault))
+        lines.setdefault(_state(a), []).append(name_of_state(capability, a.fault))
     units = [f"{axis} [{unit(axis)}]" for axis in capability.dof]
     headers = ("off", "rank", "volume left", "closed form", "safe up to", "condition", *units)
     return table(headers, [[", ".join(names), *cells] for cells, names in lines.items()])
-
-
-def _off(capability: Capability, fault: int | None) -> str:
-    """The thruster that is off, by its name where it has one."""
-    if fault is None:
-        return "none"
-    return (capability.names[fault] if fault < len(capability.names) else "") or str(fault)
 
 
 def _state(a: Authority) -> tuple[str, ...]:
@@ -77,8 +71,12 @@ def _state(a: Authority) -> tuple[str, ...]:
 
 def _warnings(capability: Capability) -> list[str]:
     rank = max((a.rank for a in capability.authority), default=0)  # the whole vehicle's
-    lost = [_off(capability, a.fault) for a in capability.authority if a.rank < rank]
-    weak = [_off(capability, a.fault) for a in capability.authority if (a.condition or 0.0) > NEARLY_SINGULAR]
+    lost = [name_of_state(capability, a.fault) for a in capability.authority if a.rank < rank]
+    weak = [
+        name_of_state(capability, a.fault)
+        for a in capability.authority
+        if (a.condition or 0.0) > NEARLY_SINGULAR
+    ]
     warnings = []
     if lost:
         names = plain(" or ".join(lost))
@@ -91,24 +89,13 @@ def _warnings(capability: Capability) -> list[str]:
     return warnings
 
 
-SETS_OF_RANK = ("a point", "a line", "a plane")
-"""Names of attainable sets of rank 0, 1 and 2."""
-
-
 def _flat(capability: Capability) -> list[str]:
     """A sentence for each rank below the number of axes: of what closed form and served are shares."""
-    by_rank: dict[int, list[str]] = {}
-    for a in capability.authority:
-        if a.rank < len(capability.dof):
-            by_rank.setdefault(a.rank, []).append(_off(capability, a.fault))
-    lines = []
-    for rank, off in sorted(by_rank.items()):
-        what = SETS_OF_RANK[rank] if rank < len(SETS_OF_RANK) else f"a set of {rank} dimensions"
-        when = "" if "none" in off else f" without thruster {plain(' or '.join(off))}"
-        lines.append(
-            f"*Closed form*, *safe* and *served*{when} are shares of {what}: no more can be pushed.\n"
-        )
-    return lines
+    return [
+        f"*Closed form*, *safe* and *served* {plain(when)}".rstrip()
+        + f" are shares of {what}: no more can be pushed.\n"
+        for what, when in flat_sets(capability)
+    ]
 
 
 def _served(capability: Capability) -> str:
@@ -123,7 +110,7 @@ def _served(capability: Capability) -> str:
         lines.setdefault(cells, []).append(method)
     headers = ["method"]
     for fault in states:
-        where = "all thrusters" if fault is None else f"{_off(capability, fault)} off"
+        where = "all thrusters" if fault is None else f"{name_of_state(capability, fault)} off"
         headers += [f"served within 1 %, {where}", f"within 5 %, {where}"]
     return table(headers, [[", ".join(names), *cells] for cells, names in lines.items()])
 

@@ -13,6 +13,7 @@ from bench.report.verdict import (
     fuse_notes,
     opening_loop,
     opening_sizes,
+    rank_notes,
     rate_note,
     trust_note,
     usual_verdicts,
@@ -49,7 +50,7 @@ def opening(run: Run, drawn: frozenset[str]) -> str:
         return ""
     name = machine_name(run.record.header.machine)
     cut = "".join(f" {sentence}" for sentence in cut_log_notes(run, plain))
-    said += [*weak_notes(run), *fuse_notes(run), *rate_note(run)]
+    said += [*weak_notes(run), *rank_notes(run), *fuse_notes(run), *rate_note(run)]
     return "\n".join(
         [
             "\n".join(f"- {plain(sentence)}" for sentence in said) + "\n",

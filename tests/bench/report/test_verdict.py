@@ -11,7 +11,8 @@ from msgspec.structs import replace
 from bench.__main__ import cli
 from bench.record import Cell, Judged, Key, Method, Problem, Quiet
 from bench.report import together
-from bench.report.verdict import log_rate_hz, rate_note, trust_note, usual_verdicts, verdicts
+from bench.report.sections.headline import opening
+from bench.report.verdict import log_rate_hz, rank_notes, rate_note, trust_note, usual_verdicts, verdicts
 from bench.results.machines import read_machines
 from bench.results.rows import read_run
 from bench.results.size import Loop
@@ -100,6 +101,31 @@ def test_it_is_said_where_a_median_lies_as_near_to_the_limit_as_noise_moves_it(
     text = said(tmp_path, 100, *cells)
     assert text.startswith(f"ukwial at 100 Hz: take {taken};")
     assert (OPEN.format(other) in text) == is_open
+
+
+@pytest.mark.parametrize(
+    ("ranks", "expected"),
+    [
+        ((3, 3, 3), []),
+        ((3, 1, 3), [" without thruster 0 are shares of a line"]),
+        ((3, 2, 2), [" without any one thruster are shares of a plane"]),
+        ((2, 1, 2), [" without thruster 0 are shares of a line", " are shares of a plane"]),
+    ],
+)
+def test_of_what_shares_are_is_said_at_the_beginning_where_rank_is_lost(
+    ranks: tuple[int, ...], expected: list[str], tmp_path: Path
+) -> None:
+    """A line that is left is served whole by anything, and 100 % said nothing of the rest."""
+    whole = made_up.capability().authority[0]
+    states = [replace(whole, fault=i - 1 if i else None, rank=rank) for i, rank in enumerate(ranks)]
+    run = made_up.run(
+        tmp_path,
+        made_up.problem("ukwial"),
+        steady("clip", 2, exact=True),
+        made_up.capability(authority=states),
+    )
+    assert rank_notes(run) == [f"ukwial: shares served{text}: no more can be pushed." for text in expected]
+    assert all(f"- {note}" in opening(run, frozenset()) for note in rank_notes(run))
 
 
 def test_where_nothing_fits_the_sentence_says_by_how_much(tmp_path: Path) -> None:
