@@ -117,7 +117,7 @@ class Size:
     refusal : that, or what else it refuses, in words; empty where it answers all
     part : in words, how much of a mission was asked where that is not all of it; else empty
     missing : share of the demands that can be met of which it leaves out more than SERVED_WITHIN [-]
-    missing_low, missing_high : ends of the 95 % interval of ``missing`` [-]; equal where it is 0
+    missing_low, missing_high : ends of the 95 % interval of ``missing`` [-]; equal where it is exact
     unanswered : whether some demand that was asked, drawn or of a log, got no thrusts within the limits, or a
         wrench of nothing
     picky : whether it refuses what can't be met, and delivers what can
@@ -250,13 +250,15 @@ def _reading(size: Size, loop: Loop, *, better: bool) -> Size:
 def possible_first(ranked: Sequence[Size], loop: Loop) -> Size | None:
     """The size that a longer run may put first in place of the first; None where the first is decided.
 
-    So it is where the first stays first at the worse end of its medians, within CLOSE, and of what it misses,
-    with every other at the better end.
+    So it is where each other, at the better end of its medians, within CLOSE, and of what it misses, stays
+    behind the first with all the rest at the worse end.
     """
-    first, others = ranked[0], ranked[1:]
-    read = [_reading(first, loop, better=False), *(_reading(size, loop, better=True) for size in others)]
-    winner = rank_sizes(read, loop.period_us)[0]
-    return next((size for size in others if size.label == winner.label), None)
+    worse = [_reading(size, loop, better=False) for size in ranked]
+    for i, rival in enumerate(ranked[1:], 1):
+        read = [*worse[:i], _reading(rival, loop, better=True), *worse[i + 1 :]]
+        if rank_sizes(read, loop.period_us)[0] is read[i]:
+            return rival
+    return None
 
 
 def best_of_each(sizes: list[Size]) -> list[Size]:

@@ -286,10 +286,12 @@ def pool_rows(run: Run, rows: Sequence[Row], transfer: Transfer | None = None) -
     refusals = [refusal(row, each) for row, each in zip(rows, problems, strict=True)]
     said = max((each for each in refusals if each.words), default=Refusal(0.0, "", unanswered=False))
     missing, n = missing_share(rows), round(sum(row.measured.attainable * row.n_demands for row in rows))
-    _, low, high = share(round(missing * n), n) if missing and n else (0.0, missing, missing)
+    exact = is_exact_everywhere(rows)
+    # What is exact misses none of more demands either; another that missed none of so few may.
+    _, low, high = share(round(missing * n), n) if n and not exact else (0.0, missing, missing)
     size = replace(
         size,
-        exact=is_exact_everywhere(rows),
+        exact=exact,
         missing=missing,
         missing_low=low,
         missing_high=high,

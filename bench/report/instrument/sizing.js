@@ -78,9 +78,11 @@ function reading(size, loop, better) {
   return { ...size, p50: null, cpu: factor * median(size), usefulness: [Number(fit > MAY_FIT), gap, inexact, Math.ceil(10 * missing), late], precedence: [...size.precedence.slice(0, -1), missing] };
 }
 
-function possibleFirst([first, ...others], loop) {
-  const winner = ordered([reading(first, loop, false), ...others.map((size) => reading(size, loop, true))], loop)[0];
-  return others.find((size) => size.label === winner.label);
+function possibleFirst(sizes, loop) {
+  const worse = sizes.map((size) => reading(size, loop, false));
+  const comesFirst = (rival) =>
+    ordered(sizes.map((size, i) => (size === rival ? reading(size, loop, true) : worse[i])), loop)[0].label === rival.label;
+  return sizes.slice(1).find(comesFirst);
 }
 
 function bestOfEach(sizes) {

@@ -92,6 +92,22 @@ def test_it_is_said_where_so_few_demands_leave_the_first_choice_open(
     assert (OPEN.format("mine") in text) == is_open
 
 
+@pytest.mark.parametrize(("n", "share", "is_open"), [(20, 0.95, True), (20, 0.5, False), (5000, 0.68, False)])
+def test_a_rule_that_missed_none_of_few_demands_is_no_sure_choice(
+    n: int, share: float, is_open: bool, tmp_path: Path
+) -> None:
+    """A rule missed some of ten times as many, and another came first."""
+    cells = []
+    for method, served, missed in (("clip", 1.0, 0.0), ("mine", share, 0.5)):
+        cell = made_up.judge(
+            steady(method, 2, exact=False), missed_max=missed, loss={"within_1pct_share": served}
+        )
+        cells.append(replace(cell, n_demands=n))
+    text = said(tmp_path, 100, made_up.problem("ukwial"), *cells)
+    assert text.startswith("ukwial at 100 Hz: take clip;")
+    assert (OPEN.format("mine") in text) == is_open
+
+
 @pytest.mark.parametrize(("us", "is_open"), [(600, False), (700, True), (1400, True), (1600, False)])
 def test_it_is_said_where_a_median_lies_as_near_to_the_limit_as_noise_moves_it(
     us: float, is_open: bool, tmp_path: Path
