@@ -4,11 +4,18 @@
 vehicles and on numbered generated ones from FIRST on, and prints each vehicle where the choices differ.
 Times are not measured: each method takes what it takes in the record of ``results``, so noise of clocks has
 no part. Generated C answers as its twin in Python does, which is asked in its place.
+
+Nearly every vehicle has one method that is better than all others, and a comparison of these choices alone
+would show little. So whatever comes first in either run is left out, and the rest compared again, until none
+is left: the later choices are among rules that differ by little. Each choice is also repeated REPEATS times
+with times that differ by noise: where first choices differ, each repeat must say that nothing is decided.
 """
 
 import sys
 from collections import Counter
+from collections.abc import Container, Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace as replace_size
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -35,7 +42,7 @@ from bench.record import SERVED_WITHIN, Batch, Capability, Cell, Key, Record, Se
 from bench.record.measured import binned
 from bench.report.verdict import USUAL, second_choice, spoken_name
 from bench.results.rows import Run, gather, read_run
-from bench.results.size import best_of_each, possible_first
+from bench.results.size import CLOSE, Fit, Size, best_of_each, possible_first, rank_sizes
 from bench.results.sizing import sizes
 
 RECORD = Path(__file__).parents[2] / "results" / "amd-epyc-2-cores"
@@ -44,6 +51,8 @@ SOLVERS = ("qp/daqp", "qp/quadprog")
 CALLS = 3000
 """Timed calls of each method: enough that none is open for being too few."""
 N, TENFOLD = quick().n_demands, 10
+REPEATS = 10
+"""Repeats of a quick run, each with times of its own."""
 
 
 class Choice(NamedTuple):
@@ -167,41 +176,97 @@ def timed(cell: Cell, method: str) -> Cell:
     return replace(cell, key=key, batches=[batch], singles=[(ns, CALLS)])
 
 
-def choice(run: Run) -> Choice:
-    """Advice of a run in the loop that reports open with."""
-    own = best_of_each(sizes(run, USUAL))
+def best_sizes(run: Run, left_out: Container[str], factors: Mapping[str, float] = {}) -> list[Size]:
+    """Best size of each method but for some, by ``slowed`` times, in the loop that reports open with."""
+    known = [size for size in sizes(run, USUAL) if (size.twin or size.method) not in left_out]
+    return best_of_each(rank_sizes([slowed(s, factors.get(s.method, 1.0)) for s in known], USUAL.period_us))
+
+
+def slowed(size: Size, factor: float) -> Size:
+    """The size with medians that are longer by a factor."""
+    times = {name: getattr(size, name) for name in ("p50_us", "cpu_us")}
+    return replace_size(size, **{name: us and factor * us for name, us in times.items()})
+
+
+def choice(own: Sequence[Size]) -> Choice:
+    """Advice by the sizes of one vehicle."""
     first = own[0]
     return Choice(spoken_name(first), second_choice(first, own), bool(possible_first(own, USUAL)))
 
 
 def main(count: int, first: int) -> None:
-    """Compare the choices, a line for each vehicle where they differ; the counts at the end, or on Ctrl-C."""
+    """Compare the choices, a line for each that differs unsaid; the counts at the end, or on Ctrl-C."""
     vehicles = [load_vehicle(name) for name in list_vehicles()]
     vehicles += [vehicle_of(number)[0] for number in range(first, first + count)]
     seen: Counter[str] = Counter()
     with suppress(KeyboardInterrupt):
         for i, vehicle in enumerate(vehicles):
             try:
-                short, long = compared(vehicle)
+                found = compared(vehicle)
             except (AllocError, IndexError) as error:  # a vehicle without demands has no size
-                seen["left out"] += 1
+                seen["vehicles left out"] += 1
                 print(f"{i}: left out: {error}", flush=True)
                 continue
-            seen["asked"] += 1
-            seen["said to be open"] += short.open
-            for what, a, b in zip(("first", "second"), short, long, strict=False):
-                seen[f"{what} differs, and not said"] += a != b and not short.open
-                seen[f"{what} agrees"] += a == b
-            if short[:2] != long[:2]:
-                print(f"{i}: {short} {long}", flush=True)
+            seen["vehicles"] += 1
+            for turn, pair in enumerate(found):
+                where = "of all" if turn == 0 else "without the best"
+                seen.update(f"{where}: {what}" for what in verdict(pair))
+                if (pair.short[:2] != pair.long[:2] and not pair.short.open) or pair.unsaid:
+                    print(f"{i}, {vehicle.name}, without {turn}: {pair}", flush=True)
     print("\n".join(f"{what}: {number}" for what, number in sorted(seen.items())))
 
 
-def compared(vehicle: Vehicle) -> tuple[Choice, Choice]:
-    """Advice of a quick run on a vehicle, and of one with TENFOLD its demands."""
+class Pair(NamedTuple):
+    """Choices among the same methods.
+
+    Attributes
+    ----------
+    short, long : of a quick run, and of one with TENFOLD its demands
+    repeats : first choices of the quick run with other times, the first with its own
+    unsaid : repeats that have another first choice than a repeat has, and do not say that it is open
+    """
+
+    short: Choice
+    long: Choice
+    repeats: int
+    unsaid: int
+
+
+def verdict(pair: Pair) -> Iterator[str]:
+    """Facts about a pair, each counted."""
+    short, long = pair.short, pair.long
+    yield "choices"
+    for name in ("first", "second"):
+        if getattr(short, name) == getattr(long, name):
+            yield f"{name} agrees"
+        else:
+            yield f"{name} differs, {'said to be open' if short.open else 'and not said'}"
+    if short.open:
+        yield "said to be open"
+    if pair.repeats > 1:
+        yield f"repeats differ, {'and not all say so' if pair.unsaid else 'and all say so'}"
+
+
+def compared(vehicle: Vehicle) -> list[Pair]:
+    """Choices of a quick run on a vehicle and of one with TENFOLD its demands, of fewer and fewer methods."""
     capability = served(vehicle)
-    short, long = (choice(made_run(vehicle, capability, n)) for n in (N, TENFOLD * N))
-    return short, long
+    short, long = (made_run(vehicle, capability, n) for n in (N, TENFOLD * N))
+    left_out: set[str] = set()
+    pairs: list[Pair] = []
+    while (own := best_sizes(long, left_out)) and own[0].fit <= Fit.MAY_FIT and own[0].refused < 1:
+        again = [choice(best_sizes(short, left_out, noise(seed))) for seed in range(REPEATS)]
+        firsts = {each.first for each in again}
+        unsaid = sum(not each.open for each in again) if len(firsts) > 1 else 0
+        quick_own = best_sizes(short, left_out)
+        pairs.append(Pair(choice(quick_own), choice(own), len(firsts), unsaid))
+        left_out |= {size.twin or size.method for size in (quick_own[0], own[0])}
+    return pairs
+
+
+def noise(seed: int) -> dict[str, float]:
+    """Factors of the methods' times in one repeat: two repeats differ by CLOSE at most."""
+    rng = np.random.default_rng(seed)
+    return {name: CLOSE ** rng.uniform(-0.5, 0.5) for name in times_us()}
 
 
 if __name__ == "__main__":

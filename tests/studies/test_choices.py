@@ -10,11 +10,15 @@ def test_choices_come_of_answers_alone_and_are_those_of_a_longer_run(monkeypatch
     monkeypatch.setattr(choices, "N", 8)
     monkeypatch.setattr(choices, "TENFOLD", 3)
     monkeypatch.setattr(choices, "N_DEMANDS", 40)
+    monkeypatch.setattr(choices, "REPEATS", 2)
     vehicle = load_vehicle("ukwial")
-    short, long = choices.compared(vehicle)
-    assert short == choices.compared(vehicle)[0]  # no clock has a part
+    pairs = choices.compared(vehicle)
+    assert pairs == choices.compared(vehicle)  # no clock has a part
+    short, long, *_ = pairs[0]
     assert short.first == long.first
     assert short.first.startswith("scaled")
+    assert len(pairs) > 3  # what comes first is left out, and the rest compared again
+    assert "scaled" not in pairs[1].short.first.split()
 
 
 def test_generated_c_is_judged_as_its_twin_and_timed_on_its_own() -> None:
