@@ -1,5 +1,6 @@
 """ElastiQP: dual active set, in C++; limits may give way at a price, which is set too high for that."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -68,6 +69,25 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
         return _solve(kept)
 
     return cold if start == "cold" else reused
+
+
+def prepare_rows(
+    H: FloatArray, G: FloatArray, h: FloatArray, prices: FloatArray, level: Level
+) -> Callable[[FloatArray], Answer]:
+    """Prepare min 1/2 x'Hx + prices'max(G x - h, 0): each row gives way at its price; only h (r,) changes."""
+    import elastiqp
+
+    model = elastiqp.das.Solver()
+    for key, value in SETTINGS[level].items():
+        setattr(model.settings, key, value)
+    model.setup(np.asfortranarray(H), np.zeros(len(H)), np.asfortranarray(G), h, prices)
+
+    def solve(h: FloatArray) -> Answer:
+        model.update(h=h)
+        found = model.solve()
+        return Answer(np.array(found.x), meaning(STATUS, found.status.name, "elastiqp"), found.iters)
+
+    return solve
 
 
 def _solve(model: Any) -> Answer:
