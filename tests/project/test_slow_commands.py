@@ -84,6 +84,10 @@ ELSEWHERE = {
     "python docs/studies/page_tables.py": ("tests/studies/test_page_tables.py", "page_tables.TABLES[name]"),
     "python docs/studies/sabotage.py": ("tests/bench/proof/test_proof.py", "for each in SABOTAGES"),
     "python docs/studies/solver_defects.py": ("tests/alloc/solvers/test_solvers_docs.py", "programs()"),
+    "python docs/studies/what_flies.py FOLDER": (
+        "tests/studies/test_what_flies.py",
+        "what_flies.rows(sets",
+    ),
     "ruff check": ("Makefile", "ruff check ."),
     "thrustbench emulate --vehicle ukwial --target cortex-m7": (
         ".ci/run",
