@@ -136,6 +136,6 @@ def test_a_project_for_a_board_asks_it(meek: str, tmp_path: Path) -> None:
 def test_the_gate_has_cells_of_it(meek: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "path", [*sys.path])  # the worker puts the tree in front
     worker = Orders()
-    worker.load(str(Path(alloc.__file__).parents[1]), [], {})
+    worker.load(str(Path(alloc.__file__).parents[1]), "", {}, {}, [])
     assert {name for _, name, _ in worker.cells()[0]} >= {meek, f"{meek}@native"}
     assert worker.build("cell", "ukwial", f"{meek}@native", "-")["formulation"] == meek

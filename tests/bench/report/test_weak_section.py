@@ -68,7 +68,8 @@ def surveyed(tmp_path: Path) -> Run:
 
 def test_the_headline_takes_what_loses_nothing_and_names_what_the_others_would_do(surveyed: Run) -> None:
     text = page(surveyed, frozenset())
-    first, second = [line for line in text.splitlines() if line.startswith("- bluerov2-surveyed")]
+    first, second, *flat = [line for line in text.splitlines() if line.startswith("- bluerov2-surveyed")]
+    assert all("shares of a set of" in line for line in flat)
     assert "take scaled" in first
     assert "exact" in first
     assert "weak: pitch (0.5 % left)" in second
