@@ -50,20 +50,19 @@ class Elastic(Saturating):
         rows = 1.0 / vehicle.row_lengths
         A, eye = rows[:, None] * vehicle.TP[:, self._working], np.eye(m)
         self._thrust, self._scale_of_b = vehicle.f_scale, rows / vehicle.f_scale
-        self._own_limits = vehicle.f_min, vehicle.f_max
         H = vehicle.H[np.ix_(self._working, self._working)] / vehicle.H.max()
         left = np.vstack([A, -A, eye, -eye])
         prices = np.repeat([PRICE, PRICE_OF_LIMITS], [2 * k, 2 * m])
+        super().__init__(vehicle, FORMULATION, self._mend, start=np.zeros((vehicle.n, k)))
         self.solve = prepare_rows(H, left, *self.pose(np.zeros(k)), prices, level="tight")
         self._inverse = generalized_inverse(vehicle)
         self._alone = Lock()  # the model holds one problem
-        super().__init__(vehicle, FORMULATION, self._mend, start=np.zeros((vehicle.n, k)))
 
     def pose(
         self, tau: FloatArray, f_min: FloatArray | None = None, f_max: FloatArray | None = None
     ) -> tuple[FloatArray]:
         """Right sides (2k + 2m,): the wrench from above and below, then limits of what works [-]."""
-        low, high = self._own_limits if f_min is None or f_max is None else (f_min, f_max)
+        low, high = self._bounds[:2] if f_min is None or f_max is None else (f_min, f_max)
         b = tau * self._scale_of_b
         sides = high[self._working] / self._thrust, low[self._working] / -self._thrust
         return (np.concatenate([b, -b, *sides]),)

@@ -42,16 +42,12 @@ STATUS = {
 
 def prepare(qp: QP, start: Start, level: Level) -> Solve:
     """Equations A x = b, finite bounds as G x <= h that cost ``PENALTY`` to break."""
-    import elastiqp
-
     p = len(qp.A)
     H, A, G = (np.asfortranarray(matrix) for matrix in (qp.H, qp.A, qp.one_sided[0]))
     sides = OneSided(qp)
 
     def set_up() -> Any:
-        model = elastiqp.das.Solver()
-        for key, value in SETTINGS[level].items():
-            setattr(model.settings, key, value)
+        model = _model(level)
         model.settings.warm_start = start == "warm"
         # A vehicle whose thrusters are stuck or off may have no equation left, and none is then taken.
         model.setup(H, qp.g, G, sides.right[p:], PENALTY, **({"A": A, "b": sides.right[:p]} if p else {}))
@@ -75,24 +71,32 @@ def prepare_rows(
     H: FloatArray, G: FloatArray, h: FloatArray, prices: FloatArray, level: Level
 ) -> Callable[[FloatArray], Answer]:
     """Prepare min 1/2 x'Hx + prices'max(G x - h, 0): each row gives way at its price; only h (r,) changes."""
+    model = _model(level)
+    model.setup(np.asfortranarray(H), np.zeros(len(H)), np.asfortranarray(G), h, prices)
+
+    def solve(h: FloatArray) -> Answer:
+        model.update(h=h)
+        return _answer(model.solve())
+
+    return solve
+
+
+def _model(level: Level) -> Any:
     import elastiqp
 
     model = elastiqp.das.Solver()
     for key, value in SETTINGS[level].items():
         setattr(model.settings, key, value)
-    model.setup(np.asfortranarray(H), np.zeros(len(H)), np.asfortranarray(G), h, prices)
-
-    def solve(h: FloatArray) -> Answer:
-        model.update(h=h)
-        found = model.solve()
-        return Answer(np.array(found.x), meaning(STATUS, found.status.name, "elastiqp"), found.iters)
-
-    return solve
+    return model
 
 
 def _solve(model: Any) -> Answer:
     solution = model.solve()
+    answer = _answer(solution)
+    gave_way = answer.status is Status.SOLVED and solution.n_saturated
+    return answer._replace(status=Status.INFEASIBLE) if gave_way else answer
+
+
+def _answer(solution: Any) -> Answer:
     status = meaning(STATUS, solution.status.name, "elastiqp")
-    if status is Status.SOLVED and solution.n_saturated:
-        status = Status.INFEASIBLE
     return Answer(np.array(solution.x), status, solution.iters)
