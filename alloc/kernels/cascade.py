@@ -7,7 +7,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.kernels.rules import Ruled
-from alloc.kernels.template import filled, unrolled
+from alloc.kernels.template import filled, initialiser, unrolled
 from alloc.kernels.tolerance import MET
 from alloc.nullspace.structure import decompose
 from alloc.program import Builder, DataLoop, Expression, Scalar
@@ -90,10 +90,10 @@ def _text(vehicle: Vehicle, scalar: Scalar, spare: float) -> str:
         "ZERO": number(0.0, scalar),
         "ONE": number(1.0, scalar),
         "SPARE": number(spare * vehicle.f_scale, scalar),
-        "NULL_SPACE": _rows(Z, scalar),
-        "INVERSE": _rows(E, scalar),
-        "LEAST": _rows(least, scalar),
-        "HESSIAN": _rows(vehicle.H, scalar),
+        "NULL_SPACE": initialiser(Z, scalar),
+        "INVERSE": initialiser(E, scalar),
+        "LEAST": initialiser(least, scalar),
+        "HESSIAN": initialiser(vehicle.H, scalar),
         "MOVED": "y" if full else "f",
     }
     return filled(text, words)
@@ -112,8 +112,3 @@ def _responses(vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
         columns.append(part)
     Z = np.hstack(columns or [np.zeros((vehicle.n, 1))])
     return Z, snapped(structure.G * vehicle.row_lengths)
-
-
-def _rows(matrix: FloatArray, scalar: Scalar) -> str:
-    rows = (", ".join(number(value, scalar) for value in row) for row in matrix.tolist())
-    return "{" + ", ".join(f"{{{row}}}" for row in rows) + "}"

@@ -10,7 +10,7 @@ from alloc.closed_forms.weighted import STEPS_PER_THRUSTER, aims, rounded
 from alloc.errors import NotApplicable
 from alloc.kernels.entry import TAU, SeenArguments, all_thrusters, inside, refuse
 from alloc.kernels.rules import makes_tau
-from alloc.kernels.template import filled, unrolled
+from alloc.kernels.template import filled, initialiser, unrolled
 from alloc.kernels.tolerance import DOUBLE, SINGLE
 from alloc.program import Builder, DataLoop, Program, Scalar, States, Where, select
 from alloc.program.literal import number
@@ -86,15 +86,8 @@ def _text(vehicle: Vehicle, scalar: Scalar) -> str:
         "ONE": number(1.0, scalar),
         "ROUNDED": number(doubt(vehicle, scalar), scalar),
         "F_SCALE": number(vehicle.f_scale, scalar),
-        "PER_AXIS": _listed(1.0 / vehicle.wrench_scale, scalar),
-        "COLUMNS_OF_T": _listed(vehicle.TP.T, scalar),
-        "AIMS": _listed(table, scalar),
+        "PER_AXIS": initialiser(1.0 / vehicle.wrench_scale, scalar),
+        "COLUMNS_OF_T": initialiser(vehicle.TP.T, scalar),
+        "AIMS": initialiser(table, scalar),
     }
     return filled(unrolled(text, {"K": vehicle.k, "N": vehicle.n}), words)
-
-
-def _listed(values: FloatArray, scalar: Scalar) -> str:
-    """The C initialiser of an array of any dimension."""
-    if values.ndim == 1:
-        return "{" + ", ".join(number(value, scalar) for value in values.tolist()) + "}"
-    return "{" + ",\n".join(_listed(each, scalar) for each in values) + "}"
