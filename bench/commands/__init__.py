@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
+    from alloc import Vehicle
+    from alloc.allocation import FloatArray
     from bench.inputs.logs import LogOptions
 
 PATH = click.Path(readable=False, path_type=Path)
@@ -34,6 +36,10 @@ FAULTS = click.option(
     help="none: the C knows no failed thruster; one: code for each; all: one smaller function for all.",
 )
 """The options of every command that writes C."""
+NOISE = click.option(
+    "--noise", default="", metavar="N,…", help="Of a measured wrench, one number or one a DOF."
+)
+"""The option of every command that tells failures apart; ``wrench_noise`` reads it."""
 
 RUNS = Path("runs")
 """Folder of runs unless --out names another, each into a folder of its own: ``<machine>/<date and time>``.
@@ -122,6 +128,13 @@ def latest_run(within: Path = RUNS) -> Path:
     if not records:
         raise RecordError(f"{within}: holds no run; `thrustbench run` makes one, or give a run's folder")
     return records[-1].parent
+
+
+def wrench_noise(vehicle: "Vehicle", stated: str) -> "FloatArray | None":
+    """Noise (k,) of a wrench by the option ``NOISE`` [N, N m]; None where nothing is stated."""
+    from bench.inputs.demand_csv import parse_scale, scale_factors
+
+    return scale_factors(parse_scale(stated, "--noise"), vehicle.dof, "--noise") if stated else None
 
 
 def log_options(command: Callable[..., Any]) -> Callable[..., Any]:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bench.commands import PATH, echo
+from bench.commands import NOISE, PATH, echo, wrench_noise
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,7 +22,7 @@ TITLE = "drawn by thrustbench check"
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of a table; no picture.")
 @click.option("--probe", is_flag=True, help="What each thruster alone should do, to be ticked at the pool.")
 @click.option("--failures", is_flag=True, help="Failures that show, look alike, and demands to tell them.")
-@click.option("--noise", default="", metavar="N,…", help="Of a measured wrench, one number or one a DOF.")
+@NOISE
 @click.option("-o", "--output", type=PATH, help="With --failures: the demands to fly, as CSV.")
 @click.option("--fit-current", "log", type=PATH, metavar="LOG", help="Fit currents to a log of outputs.")
 @click.option("--autopilot", default="", metavar="A", help="ardusub:FRAME, a parameter file, or key.")
@@ -111,10 +111,9 @@ def _isolation(vehicle: "Vehicle", noise: str, output: Path | None) -> str:
 
     from alloc.files.textfile import write_text
     from alloc.lint.isolation import as_text, isolation
-    from bench.inputs.demand_csv import format_demands, parse_scale, scale_factors
+    from bench.inputs.demand_csv import format_demands
 
-    stated = parse_scale(noise, "--noise")
-    found = isolation(vehicle, scale_factors(stated, vehicle.dof, "--noise") if stated else None)
+    found = isolation(vehicle, wrench_noise(vehicle, noise))
     if output is not None:
         taus = np.array([trial.tau for trial in found.trials]).reshape(-1, vehicle.k)
         write_text(output, format_demands(None, taus, vehicle.dof, frame=vehicle.frame))

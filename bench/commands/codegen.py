@@ -1,15 +1,21 @@
 """``thrustbench codegen``."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import click
 
-from bench.commands import FAULTS, LIMITS, PATH, SINGLE, echo, refuse_another_s, unread_output
-
-if TYPE_CHECKING:
-    from alloc import Vehicle
-    from alloc.allocation import FloatArray
+from bench.commands import (
+    FAULTS,
+    LIMITS,
+    NOISE,
+    PATH,
+    SINGLE,
+    echo,
+    refuse_another_s,
+    unread_output,
+    wrench_noise,
+)
 
 
 @click.command()
@@ -25,7 +31,7 @@ if TYPE_CHECKING:
 @FAULTS
 @click.option("--esc", is_flag=True, help="Also C from thrusts to the commands of the vehicle's ESCs.")
 @click.option("--monitor", is_flag=True, help="Also C that accuses a thruster that pushes less than told.")
-@click.option("--noise", default="", metavar="N,…", help="Of a measured wrench, one number or one a DOF.")
+@NOISE
 @click.option(
     "--package",
     type=click.Choice(["cmake", "ros2", "platformio", "arduino", "zephyr"]),
@@ -56,6 +62,7 @@ def command(
     from alloc import generate, load_vehicle
     from alloc import library as made_at_boot
     from alloc.files.textfile import write_folder
+    from alloc.lint.isolation import assumed_noise
 
     scalar: Literal["double", "float"] = "float" if single else "double"
     known = load_vehicle(vehicle) if vehicle else None
@@ -68,9 +75,11 @@ def command(
             )
         files = made_at_boot.generate(scalar, known, package, maintainer)
     elif known and method:
+        stated = wrench_noise(known, noise)
+        expected = assumed_noise(known) if stated is None else stated
         files = generate(
             known, method, scalar=scalar, limits=limits, faults=faults, esc=esc,
-            monitor=_noise(known, noise) if monitor else None, package=package, maintainer=maintainer,
+            monitor=expected if monitor else None, package=package, maintainer=maintainer,
         )  # fmt: skip
     else:
         raise click.UsageError(f"Missing option '{'--method' if vehicle else '--vehicle'}'.")
@@ -82,12 +91,3 @@ def command(
         echo("limits are f_min and f_max; to have those of each voltage, --limits call", err=True)
     if package == "ros2" and not maintainer:
         echo("package.xml has a placeholder: say by --maintainer 'NAME <MAIL>' who looks after it", err=True)
-
-
-def _noise(vehicle: "Vehicle", stated: str) -> "FloatArray":
-    """Noise (k,) of a wrench as stated, or as `check --failures` assumes it."""
-    from alloc.lint.isolation import assumed_noise
-    from bench.inputs.demand_csv import parse_scale, scale_factors
-
-    sizes = scale_factors(parse_scale(stated, "--noise"), vehicle.dof, "--noise") if stated else None
-    return assumed_noise(vehicle) if sizes is None else sizes
