@@ -54,9 +54,12 @@ def hold_times(t: FloatArray | None) -> FloatArray | None:
     A demand holds until the next one, but over a gap for one median step only: nobody knows what was demanded
     in between.
     """
-    if t is None or len(t) < 2 or not np.median(np.diff(t)) > 0:
+    if t is None or len(t) < 2:
         return None
-    steps, median = np.diff(t), float(np.median(np.diff(t)))
+    steps = np.diff(t)
+    median = float(np.median(steps))
+    if not median > 0:
+        return None
     steps[[i - 1 for i in after_gaps(t)]] = median
     return np.append(steps, median)
 
