@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from alloc import Vehicle, build
 from alloc.allocation import FloatArray
@@ -59,6 +60,37 @@ def dive(
             v[which] = (v + dt * rate)[which]
     t, f, a, v = (np.array(column) for column in zip(*rows, strict=True))
     return Dive(t, f, a + noise * rng.normal(size=a.shape), v + 0.1 * noise * rng.normal(size=v.shape))
+
+
+class Sensed(NamedTuple):
+    """What an autopilot logs of a dive: times (S,) [s]; body axes frd, the earth's north, east, down.
+
+    force (S, 3) [m/s^2], rates (S, 3) [rad/s], attitude (S, 4) x, y, z, w, velocity (S, 3) [m/s].
+    """
+
+    t: FloatArray
+    force: FloatArray
+    rates: FloatArray
+    attitude: FloatArray
+    velocity: FloatArray
+
+
+def sensed(flown: Dive, dof: tuple[str, ...], rate_hz: float = 100.0) -> Sensed:
+    """Sensors of a dive that began level towards the south-east, on straight lines between its rows."""
+    t = np.arange(flown.t[0], flown.t[-1], 1 / rate_hz)
+    which = [DOF.index(axis) for axis in dof]
+    six = np.zeros((2, len(t), 6))
+    rates = np.diff(flown.v, axis=0) / np.diff(flown.t)[:, None]
+    six[0][:, which] = rates[np.searchsorted(flown.t, t + 1e-9) - 1]
+    for axis, column in zip(which, flown.v.T, strict=True):
+        six[1][:, axis] = np.interp(t, flown.t, column)
+    (a, _), (u, w) = (np.hsplit(each, 2) for each in six)
+    attitude = [Rotation.from_euler("z", 135.0, degrees=True)]
+    for spin in w[:-1]:
+        attitude.append(attitude[-1] * Rotation.from_rotvec(spin / rate_hz))
+    turning = Rotation.concatenate(attitude)
+    force = a + np.cross(w, u) - turning.inv().apply((0.0, 0.0, 9.80665))
+    return Sensed(t, force, w, turning.as_quat(), turning.apply(u))
 
 
 def write_dive(path: Path, vehicle: Vehicle, flown: Dive) -> Path:

@@ -7,19 +7,23 @@ from pathlib import Path
 
 import numpy as np
 from pyulog.core import ULog
+from scipy.spatial.transform import Rotation
 
 from alloc.allocation import FloatArray
+from tests.dives import Sensed
 
 FORMATS = {
     "PARM": (64, "QNff", "TimeUS,Name,Value,Default"),
     "BAT": (66, "QBff", "TimeUS,Inst,Volt,Curr"),
     "ATT": (68, "Qffffff", "TimeUS,DesRoll,Roll,DesPitch,Pitch,DesYaw,Yaw"),
     "RATE": (67, "Qfff", "TimeUS,ROut,POut,YOut"),
+    "IMU": (71, "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ"),
+    "XKF1": (72, "QBccCfff", "TimeUS,C,Roll,Pitch,Yaw,VN,VE,VD"),
 }
 """Message types of a dataflash log, with fewer fields than ArduPilot's."""
 PULSES = {"RCOU": range(1, 15), "RCO2": range(15, 19), "RCO3": range(19, 33)}
 """Outputs in each message of a dataflash log."""
-PACKED = str.maketrans({"N": "16s", "Z": "64s", "n": "4s"})
+PACKED = str.maketrans({"N": "16s", "Z": "64s", "n": "4s", "c": "h", "C": "H"})
 
 
 def write_bin(
@@ -34,6 +38,7 @@ def write_bin(
     functions: tuple[int, ...] = tuple(range(33, 41)),
     second_pack: FloatArray | None = None,
     amps: FloatArray | None = None,
+    sensed: Sensed | None = None,
 ) -> Path:
     """A dataflash log of eight outputs; motor 1 is on output ``first_motor``, the others follow.
 
@@ -78,6 +83,14 @@ def write_bin(
         put(68, stamp, 1.0, 3.0, 0.0, -1.0, 359.0, 2.0)  # off by 2, 1 and 3 degrees
         for late, (name, (kind, *_)) in enumerate(pulses.items()):
             put(kind, stamp + 150 * late, *(wire[c - 1] for c in groups[name]))
+    for time, force, w, attitude, velocity in zip(*(sensed or ()), strict=True):
+        stamp = 1_000_000 + round(time * 1e6)
+        yaw, pitch, roll = Rotation.from_quat(attitude).as_euler("ZYX", degrees=True)
+        for instance in (1, 0):  # the second of each is as wrong as can be
+            wrong = 1 - 3 * instance
+            put(71, stamp, instance, *(wrong * w), *(wrong * force))
+            angles = (round(100 * each) for each in (roll, pitch, yaw % 360.0))
+            put(72, stamp, instance, *angles, *(wrong * velocity))
     file = path / "dive.BIN"
     file.write_bytes(out)
     return file
@@ -90,6 +103,7 @@ def write_outputs_ulog(
     volts: FloatArray,
     taus: FloatArray,
     amps: FloatArray | None = None,
+    sensed: Sensed | None = None,
 ) -> Path:
     """A ULog of outputs, battery and setpoints (N, 6), by pyulog's own writer; PX4 says -1 A for none."""
     messages = {
@@ -98,7 +112,18 @@ def write_outputs_ulog(
         "vehicle_thrust_setpoint": {f"xyz[{i}]": column for i, column in enumerate(taus.T[:3])},
         "vehicle_torque_setpoint": {f"xyz[{i}]": column for i, column in enumerate(taus.T[3:])},
     }
-    return write_ulog_of(path, [(name, 0, t, columns) for name, columns in messages.items()])
+    rows = [(name, 0, t, columns) for name, columns in messages.items()]
+    if sensed is not None:
+        xyz = {"vehicle_acceleration": sensed.force, "vehicle_angular_velocity": sensed.rates}
+        quantities = {
+            name: {f"xyz[{i}]": each for i, each in enumerate(values.T)} for name, values in xyz.items()
+        }
+        quantities["vehicle_attitude"] = {f"q[{i}]": sensed.attitude[:, i - 1] for i in range(4)}
+        valid = {name: np.ones(len(sensed.t)) for name in ("v_xy_valid", "v_z_valid")}
+        velocity = dict(zip(("vx", "vy", "vz"), sensed.velocity.T, strict=True))
+        quantities["vehicle_local_position"] = velocity | valid
+        rows += [(name, 0, sensed.t, columns) for name, columns in quantities.items()]
+    return write_ulog_of(path, rows)
 
 
 def write_banks(

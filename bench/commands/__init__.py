@@ -114,6 +114,12 @@ def unread_output() -> Iterator[None]:
         sys.stdout = stdout
 
 
+def check_picture(picture: Path | None) -> None:
+    """Raise UsageError where a picture is to be of a kind that is not written."""
+    if picture is not None and picture.suffix.lower() not in (".svg", ".pdf", ".png"):
+        raise click.UsageError(f"--picture {picture}: name a file that ends in .svg, .pdf or .png")
+
+
 def not_over(output: Path | None, read: Path) -> None:
     """Raise UsageError where the file that is to be written is the one that is read."""
     if output is not None and output.is_file() and read.is_file() and output.samefile(read):

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bench.commands import NOISE, PATH, echo, wrench_noise
+from bench.commands import NOISE, PATH, check_picture, echo, wrench_noise
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,8 +56,7 @@ def command(
     from bench.judging.current import fit_text
     from bench.judging.weak import weak_lines
 
-    if picture is not None and picture.suffix.lower() not in (".svg", ".pdf", ".png"):
-        raise click.UsageError(f"--picture {picture}: name a file that ends in .svg, .pdf or .png")
+    check_picture(picture)
     if not failures and (noise or output):
         raise click.UsageError("--noise and -o are of --failures; give that too")
     if failures and as_json:
@@ -153,19 +152,12 @@ def _pictures(
 def _saved(figure: "Figure", target: Path, named: bool, said: str) -> str:
     """Save a figure, and say so; raises FileError where a file that the user named can't be written."""
     from alloc.errors import FileError
-    from bench.report.pictures.style import ignore_missing_letters, save
+    from bench.report.pictures.style import save_as
 
     try:
         if not named and target.exists() and TITLE.encode() not in target.read_bytes():
             return f"{target}: is another file, so nothing is drawn; --picture names a place"
-        with ignore_missing_letters():
-            match target.suffix.lower():
-                case ".png":
-                    figure.savefig(target, dpi=150)
-                case ".pdf":
-                    figure.savefig(target, metadata={"Title": TITLE, "CreationDate": None})
-                case _:
-                    save(figure, target, TITLE)
+        save_as(figure, target, TITLE)
     except OSError as error:
         if not named:
             return f"{target}: not drawn ({error.strerror}); --picture names another place"

@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.commands import PATH, echo, log_options, not_over, read_options
+from bench.commands import PATH, check_picture, echo, log_options, not_over, read_options
 
 if TYPE_CHECKING:
     from alloc import Vehicle
     from alloc.allocation import FloatArray
     from bench.inputs.outputs import Outputs
+    from bench.judging.readiness import WindowReadiness
 
 
 @click.command()
@@ -20,9 +21,16 @@ if TYPE_CHECKING:
 @log_options
 @click.option("--from-outputs", is_flag=True, help="What the commands that went to the ESCs made.")
 @click.option("--accelerations", is_flag=True, help="With --from-outputs: readiness of each thruster.")
+@click.option("--picture", type=PATH, metavar="FILE", help="Readiness over time: an .svg, .pdf or .png.")
 @click.option("-o", "--output", type=PATH, help="The demands as CSV, in the vehicle's frame.")
 def command(
-    log: Path, vehicle: str, from_outputs: bool, accelerations: bool, output: Path | None, **options: Any
+    log: Path,
+    vehicle: str,
+    from_outputs: bool,
+    accelerations: bool,
+    picture: Path | None,
+    output: Path | None,
+    **options: Any,
 ) -> None:
     """Say what a log (CSV, ROS bag, PX4 ULog) asks of a vehicle.
 
@@ -30,14 +38,17 @@ def command(
     --from-outputs, of a log of commands to the ESCs (ArduPilot .BIN, PX4 ULog, CSV with u0, u1, …): which
     wrench they made by the vehicle's `esc`, how often a thruster stood at its end or in its dead band, what
     of the demand was left undone, and, where the vehicle has a cap, the battery's current beside the model's.
-    -o writes the wrenches that were made. With --accelerations, of a CSV with a_surge, …, v_surge, … too: how
-    ready each thruster was, with an interval, and which ones are weak.
+    -o writes the wrenches that were made. With --accelerations, of the same logs where they hold the motion
+    (docs/failures.md): how ready each thruster was, with an interval, and which ones are weak.
     """
     not_over(output, log)
     if accelerations and not from_outputs:
         raise click.UsageError("--accelerations is of --from-outputs; give that too")
+    if picture is not None and not accelerations:
+        raise click.UsageError("--picture is of --accelerations; give that too")
+    check_picture(picture)
     if from_outputs:
-        _outputs(log, vehicle, output, accelerations, **options)
+        _outputs(log, vehicle, output, accelerations, picture, **options)
         return
     from alloc import load_vehicle
     from alloc.files.textfile import write_text
@@ -61,7 +72,9 @@ def command(
         echo(f"warning: {read.doubt}", err=True)
 
 
-def _outputs(log: Path, name: str, output: Path | None, accelerations: bool, **options: Any) -> None:
+def _outputs(
+    log: Path, name: str, output: Path | None, accelerations: bool, picture: Path | None, **options: Any
+) -> None:
     from alloc import load_vehicle
     from alloc.errors import DemandError, VehicleError
     from alloc.files.textfile import write_text
@@ -81,7 +94,7 @@ def _outputs(log: Path, name: str, output: Path | None, accelerations: bool, **o
     if given.scale and outputs.taus is None:
         raise DemandError(f"{log}: has no demands that could be scaled; leave out --scale")
     made = made_by(outputs, vehicle, given.scale)
-    readiness = _readiness(log, vehicle, outputs, made.f, given.columns) if accelerations else ""
+    readiness = _readiness(log, vehicle, outputs, made.f, given.columns, picture) if accelerations else ""
     echo(outputs_text(made, outputs, vehicle, current_lines(vehicle, made.f, outputs)))
     if readiness:
         echo(readiness)
@@ -102,7 +115,12 @@ def _outputs(log: Path, name: str, output: Path | None, accelerations: bool, **o
 
 
 def _readiness(
-    log: Path, vehicle: "Vehicle", outputs: "Outputs", f: "FloatArray", columns: "Mapping[str, str]"
+    log: Path,
+    vehicle: "Vehicle",
+    outputs: "Outputs",
+    f: "FloatArray",
+    columns: "Mapping[str, str]",
+    picture: Path | None,
 ) -> str:
     """Lines on how ready each thruster was; raises DemandError where no window says anything."""
     from alloc.errors import DemandError
@@ -113,10 +131,33 @@ def _readiness(
     is_weighed = vehicle.inertia is not None
     motion = read_motion(log, outputs, vehicle, columns)
     estimate = estimate_readiness if is_weighed else estimate_ratios
-    windows = list(estimate_windows(vehicle, motion.t, f, motion.a, motion.v, estimate))
+    assert outputs.t is not None
+    windows = list(
+        estimate_windows(vehicle, outputs.t[motion.rows], f[motion.rows], motion.a, motion.v, estimate)
+    )
     if all(window.is_vague for window in windows):
         raise DemandError(
             f"{log}: nothing can be said of any thruster: no window of {WINDOW_S:g} s has enough rows and"
             " motion; fly what `check --failures` names"
         )
+    if motion.said:
+        echo(motion.said, err=True)
+    if picture is not None:
+        _draw(vehicle, windows, picture)
     return as_text(vehicle, windows) if is_weighed else f"{group_text(vehicle)}\n{as_text(vehicle, windows)}"
+
+
+def _draw(vehicle: "Vehicle", windows: "list[WindowReadiness]", target: Path) -> None:
+    import matplotlib as mpl
+
+    from alloc.errors import FileError
+    from bench.report.pictures.readiness import TITLE, readiness
+    from bench.report.pictures.style import SETTINGS, save_as
+
+    with mpl.rc_context(SETTINGS):
+        figure = readiness(vehicle, windows)
+        try:
+            save_as(figure, target, TITLE)
+        except OSError as error:
+            raise FileError(f"can't be written ({error.strerror}); name another place", path=target) from None
+    echo(f"{target}: {TITLE}", err=True)

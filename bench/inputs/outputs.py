@@ -27,6 +27,7 @@ class Outputs(NamedTuple):
     u : (N, n) commands, in the order of the vehicle's thrusters
     volts : (N,) of the battery [V]; None where the log has none
     amps : (N,) drawn from the battery [A], NaN where it was not measured; None where the log has none
+    start : time of the first output by the log's own clock [s]
     taus : (N, k) wrenches demanded at the same times, in the vehicle's frame once read [N, N m]; in shares of
         what the vehicle can do where ``shares`` says so; NaN on axes, or None, of which the log says nothing
     shares : whether ``taus`` are shares, 1 for what the vehicle can do both ways on an axis
@@ -44,6 +45,7 @@ class Outputs(NamedTuple):
     stated: Stated = Stated()
     doubt: str = ""
     amps: FloatArray | None = None
+    start: float = 0.0
 
 
 def read_outputs(

@@ -2,7 +2,8 @@
 
 A module has ``SUFFIXES`` of the files it reads ("/" for a folder), and ``read(path, topic) -> Demanded`` of
 demands on all six axes (``bench.inputs.demand_csv``), ``read_outputs(path, vehicle, topic) -> Outputs``
-(``bench.inputs.outputs``), or both. Tables are read in these two files.
+(``bench.inputs.outputs``), or both; one with outputs may have ``read_sensors(path) -> Sensors``
+(``bench.inputs.motion``). Tables are read in these two files.
 """
 
 from pathlib import Path

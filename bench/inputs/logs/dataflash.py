@@ -1,9 +1,10 @@
-"""ArduPilot's dataflash logs: RCOU, BAT, RATE and ATT (library pymavlink, extra ``ardupilot``).
+"""ArduPilot's dataflash logs: RCOU, BAT, RATE, ATT, IMU and XKF1 (library pymavlink, extra ``ardupilot``).
 
 RCOU, RCO2 (from output 15) and RCO3 (from 19) hold the pulses of the outputs [µs], as C1 to C32, each only
 where one of its outputs is in use; PARM says which motor each output drives, BAT the voltage, and RATE
 what the attitude controller asked of the mixer, in shares of all that it has; ATT says how far off the
-attitude was. Axes are x forward, y to starboard, z down.
+attitude was. IMU holds the inertial sensors, XKF1 attitudes [deg] and velocities [m/s] of the estimator
+(EKF3). Axes are x forward, y to starboard, z down; the earth's are north, east, down.
 """
 
 import os
@@ -21,6 +22,7 @@ from alloc.allocation import FloatArray
 from alloc.errors import DemandError, FileError, NotInstalled
 from bench.inputs.frames import Stated
 from bench.inputs.log_files import DAMAGED, parsing, timed
+from bench.inputs.motion import Sensors
 from bench.inputs.outputs import (
     Outputs,
     battery_amps,
@@ -37,6 +39,9 @@ MOTORS = (*range(33, 41), *range(82, 86), *range(160, 180))
 PULSES = ("RCOU", "RCO2", "RCO3")
 ASKED = {"roll": "ROut", "pitch": "POut", "yaw": "YOut"}
 ANGLES = ("Roll", "Pitch", "Yaw")
+SENSED = ("Acc", "Gyr")
+LOGGED = {"IMU": "IMU", "XKF1": "attitude, with EKF3 running"}
+"""Bits of LOG_BITMASK that have these messages written."""
 HEADER = 3
 """Bytes of the head of a message: two marks and its type."""
 FORMAT = re.compile(rb"\xa3\x95\x80(?P<type>.)(?P<length>.)", re.DOTALL)
@@ -46,6 +51,37 @@ LARGEST = 2_000_000_000
 
 def read_outputs(path: Path, vehicle: Vehicle, _: str = "") -> Outputs:
     """The outputs of a vehicle's motors, motor 1 first."""
+    with parsing(path, "log", "pymavlink"):
+        rows, damaged = _rows(path, *PULSES, "BAT", "RATE", "ATT", "PARM")
+        outputs = _outputs(path, vehicle, rows)
+        return outputs._replace(said=f"{outputs.said}; {DAMAGED}") if damaged else outputs
+
+
+def read_sensors(path: Path) -> Sensors:
+    """The first inertial sensor, and the first estimator's attitude and velocity."""
+    from scipy.spatial.transform import Rotation
+
+    with parsing(path, "log", "pymavlink"):
+        found, _ = _rows(path, "IMU", "XKF1")
+        inertial, estimates = _first(path, found, "IMU", "I"), _first(path, found, "XKF1", "C")
+        force, rates = (_timed(path, inertial, *(f"{kind}{axis}" for axis in "XYZ")) for kind in SENSED)
+        times, angles = _timed(path, estimates, *reversed(ANGLES))
+        attitude = Rotation.from_euler("ZYX", angles, degrees=True).as_quat()
+        velocity = _timed(path, estimates, *(f"V{axis}" for axis in "NED"))
+        return Sensors(force, rates, (times, attitude), velocity, "IMU and XKF1")
+
+
+def _first(path: Path, found: dict[str, list[dict[str, Any]]], name: str, key: str) -> list[dict[str, Any]]:
+    """The rows of a message's first instance; raises DemandError without any."""
+    rows = found[name]
+    if not rows:
+        raise DemandError(f"{path}: holds no {name}; log it (LOG_BITMASK: {LOGGED[name]})")
+    first = min(row.get(key, 0) for row in rows)
+    return [row for row in rows if row.get(key, 0) == first]
+
+
+def _rows(path: Path, *names: str) -> tuple[dict[str, list[dict[str, Any]]], bool]:
+    """Rows of messages by name, and whether the log is damaged."""
     try:
         from pymavlink.DFReader import DFReader_binary
     except ImportError:
@@ -54,28 +90,23 @@ def read_outputs(path: Path, vehicle: Vehicle, _: str = "") -> Outputs:
         ) from None
     # The indexer in C prints of each damaged byte past Python's streams; the one in Python can be silenced.
     os.environ.setdefault("PYMAVLINK_FAST_INDEX", "0")
-    rows: dict[str, list[dict[str, Any]]] = {name: [] for name in (*PULSES, "BAT", "RATE", "ATT", "PARM")}
-    with parsing(path, "log", "pymavlink"):
-        if path.stat().st_size > LARGEST:
-            raise DemandError(f"{path}: is larger than {LARGEST / 1e9:g} GB; cut it")
-        _check_formats(path)
-        # pymavlink prints warnings of damaged parts, but standard output is for results.
-        remarks = StringIO()
-        with redirect_stdout(remarks), redirect_stderr(remarks):
-            log = DFReader_binary.__new__(
-                DFReader_binary
-            )  # its __init__ leaves the file open where it raises
-            try:
-                log.__init__(str(path))
-                while (message := log.recv_match(type=list(rows))) is not None:
-                    rows[message.get_type()].append(message.to_dict())
-            finally:
-                for part in ("data_map", "filehandle"):
-                    if hasattr(log, part):
-                        getattr(log, part).close()
-        outputs = _outputs(path, vehicle, rows)
-        damaged = "bad header" in remarks.getvalue().lower()
-        return outputs._replace(said=f"{outputs.said}; {DAMAGED}") if damaged else outputs
+    rows: dict[str, list[dict[str, Any]]] = {name: [] for name in names}
+    if path.stat().st_size > LARGEST:
+        raise DemandError(f"{path}: is larger than {LARGEST / 1e9:g} GB; cut it")
+    _check_formats(path)
+    # pymavlink prints warnings of damaged parts, but standard output is for results.
+    remarks = StringIO()
+    with redirect_stdout(remarks), redirect_stderr(remarks):
+        log = DFReader_binary.__new__(DFReader_binary)  # its __init__ leaves the file open where it raises
+        try:
+            log.__init__(str(path))
+            while (message := log.recv_match(type=list(rows))) is not None:
+                rows[message.get_type()].append(message.to_dict())
+        finally:
+            for part in ("data_map", "filehandle"):
+                if hasattr(log, part):
+                    getattr(log, part).close()
+    return rows, "bad header" in remarks.getvalue().lower()
 
 
 def _check_formats(path: Path) -> None:
@@ -147,6 +178,7 @@ def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]
         stated=Stated("frd", "as ArduPilot has it"),
         doubt="; ".join(filter(None, (mirror_doubt(path, vehicle, ways, "MOT_n_DIRECTION"), of_volts))),
         amps=amps,
+        start=float(t[0]) if len(t) else 0.0,
     )
 
 

@@ -26,6 +26,7 @@ from alloc.vehicle.geometry import DOF
 from bench.inputs.demand_csv import Demanded
 from bench.inputs.frames import Stated
 from bench.inputs.log_files import DAMAGED, parsing, timed
+from bench.inputs.motion import Sensors
 from bench.inputs.outputs import (
     Outputs,
     battery_amps,
@@ -42,6 +43,8 @@ TOPIC = True
 THRUST, TORQUE = "vehicle_thrust_setpoint", "vehicle_torque_setpoint"
 XYZ = ("xyz[0]", "xyz[1]", "xyz[2]")
 OUTPUTS, BATTERY = "actuator_outputs", "battery_status"
+FORCE, RATES = "vehicle_acceleration", "vehicle_angular_velocity"
+ATTITUDE, POSITION = "vehicle_attitude", "vehicle_local_position"
 PX4 = Stated("frd", "as PX4 has it")
 FIRST_MOTOR = 101
 """Value of BANK_FUNCn for motor 1."""
@@ -136,6 +139,24 @@ def read_outputs(path: Path, vehicle: Vehicle, topic: str = "") -> Outputs:
         return _outputs(path, vehicle, *read_ulog(path, OUTPUTS, BATTERY, THRUST, TORQUE), topic)
 
 
+def read_sensors(path: Path) -> Sensors:
+    """Specific force, rates, attitude and valid velocities, of the first instance of each."""
+    with parsing(path, "ULog", "pyulog"):
+        sets, _, _ = read_ulog(path, FORCE, RATES, ATTITUDE, POSITION)
+        for name, instances in sets.items():
+            if not instances:
+                raise DemandError(f"{path}: holds no {name}; log it (SDLOG_PROFILE, default set)")
+        force, rates, attitude, position = (each[min(each)] for each in sets.values())
+        times, q = _timed(path, attitude, *(f"q[{i}]" for i in (1, 2, 3, 0)))
+        moved, v = _timed(path, position, "vx", "vy", "vz", "v_xy_valid", "v_z_valid")
+        known = (v[:, 3:] > 0).all(axis=1)
+        if not known.any():
+            raise DemandError(f"{path}: {POSITION} has no valid velocity; that takes a DVL or a fix")
+        velocity = moved[known], v[known, :3]
+        said = f"{FORCE}, {RATES}, {ATTITUDE} and {POSITION}"
+        return Sensors(_timed(path, force, *XYZ), _timed(path, rates, *XYZ), (times, q), velocity, said)
+
+
 def _outputs(
     path: Path,
     vehicle: Vehicle,
@@ -185,6 +206,7 @@ def _outputs(
         stated=PX4,
         doubt="; ".join(filter(None, doubts)),
         amps=amps,
+        start=float(times[0]) if len(times) else 0.0,
     )
 
 

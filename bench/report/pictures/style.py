@@ -181,6 +181,18 @@ def save(drawn: "Figure", path: Path, title: str | None = None) -> None:
     path.write_text(_with_dark_mode(text.getvalue()), encoding="utf-8")
 
 
+def save_as(drawn: "Figure", path: Path, title: str) -> None:
+    """Write an .svg, .pdf or .png, as the path ends; raises OSError where that can't be."""
+    with ignore_missing_letters():
+        match path.suffix.lower():
+            case ".png":
+                drawn.savefig(path, dpi=150)
+            case ".pdf":
+                drawn.savefig(path, metadata={"Title": title, "CreationDate": None})
+            case _:
+                save(drawn, path, title)
+
+
 def _with_dark_mode(svg: str) -> str:
     # Matplotlib writes colours into style attributes; only !important rules reach past those.
     rules = [

@@ -10,7 +10,9 @@ from click.testing import CliRunner
 
 from alloc import load_vehicle
 from bench.__main__ import cli
-from tests.dives import dive, write_dive
+from bench.report.pictures.style import VERMILION
+from tests.dives import dive, sensed, write_dive
+from tests.output_logs import write_bin
 from tests.pages import blocks
 from tests.places import DOCS
 
@@ -43,6 +45,24 @@ def test_the_page_leads_to_the_thruster(log: Path) -> None:
     found = re.search(r"thruster 5 (\S+) ± (\S+),", text)
     assert found is not None
     assert abs(float(found[1]) - 0.5) < 0.05
+
+
+def test_an_autopilots_log_leads_to_the_thruster_with_a_picture(tmp_path: Path) -> None:
+    readiness = np.ones(8)
+    readiness[5] = 0.5
+    vehicle = load_vehicle("bluerov2-heavy")
+    flown = dive(vehicle, np.random.default_rng(4), readiness, seconds=41.0, noise=0.02)
+    u = np.rint(vehicle.commands(flown.f).u).astype(int)
+    still = np.zeros((len(u), 3))
+    log = write_bin(tmp_path, flown.t, u, np.full(len(u), 16.0), still, sensed=sensed(flown, vehicle.dof))
+    picture = tmp_path / "readiness.svg"
+    text = said(f"{COMMAND.replace('motion.csv', str(log))} --picture {picture}")
+    assert re.findall(r"^weak  (.*)$", text, re.MULTILINE) == ["thruster 5: 0.50 in 2 of 2 windows"]
+    drawn = picture.read_text()
+    assert all(
+        f">{vehicle.called(i)}<" in drawn or f"<!-- {vehicle.called(i)} -->" in drawn for i in range(8)
+    )
+    assert drawn.count(VERMILION) >= 2  # both windows of the weak one
 
 
 def test_without_the_mass_ratios_lead_to_the_thruster(tmp_path: Path) -> None:
