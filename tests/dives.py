@@ -62,8 +62,8 @@ def dive(
     return Dive(t, f, a + noise * rng.normal(size=a.shape), v + 0.1 * noise * rng.normal(size=v.shape))
 
 
-class Sensed(NamedTuple):
-    """What an autopilot logs of a dive: times (S,) [s]; body axes frd, the earth's north, east, down.
+class SensorLog(NamedTuple):
+    """Sensors in the log of a dive: times (S,) [s]; body axes frd, the earth's north, east, down.
 
     force (S, 3) [m/s^2], rates (S, 3) [rad/s], attitude (S, 4) x, y, z, w, velocity (S, 3) [m/s].
     """
@@ -75,7 +75,7 @@ class Sensed(NamedTuple):
     velocity: FloatArray
 
 
-def sensed(flown: Dive, dof: tuple[str, ...], rate_hz: float = 100.0) -> Sensed:
+def simulate_sensors(flown: Dive, dof: tuple[str, ...], rate_hz: float = 100.0) -> SensorLog:
     """Sensors of a dive that began level towards the south-east, on straight lines between its rows."""
     t = np.arange(flown.t[0], flown.t[-1], 1 / rate_hz)
     which = [DOF.index(axis) for axis in dof]
@@ -90,7 +90,7 @@ def sensed(flown: Dive, dof: tuple[str, ...], rate_hz: float = 100.0) -> Sensed:
         attitude.append(attitude[-1] * Rotation.from_rotvec(spin / rate_hz))
     turning = Rotation.concatenate(attitude)
     force = a + np.cross(w, u) - turning.inv().apply((0.0, 0.0, 9.80665))
-    return Sensed(t, force, w, turning.as_quat(), turning.apply(u))
+    return SensorLog(t, force, w, turning.as_quat(), turning.apply(u))
 
 
 def write_dive(path: Path, vehicle: Vehicle, flown: Dive) -> Path:

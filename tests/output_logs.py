@@ -10,7 +10,7 @@ from pyulog.core import ULog
 from scipy.spatial.transform import Rotation
 
 from alloc.allocation import FloatArray
-from tests.dives import Sensed
+from tests.dives import SensorLog
 
 FORMATS = {
     "PARM": (64, "QNff", "TimeUS,Name,Value,Default"),
@@ -38,7 +38,7 @@ def write_bin(
     functions: tuple[int, ...] = tuple(range(33, 41)),
     second_pack: FloatArray | None = None,
     amps: FloatArray | None = None,
-    sensed: Sensed | None = None,
+    sensors: SensorLog | None = None,
 ) -> Path:
     """A dataflash log of eight outputs; motor 1 is on output ``first_motor``, the others follow.
 
@@ -83,7 +83,7 @@ def write_bin(
         put(68, stamp, 1.0, 3.0, 0.0, -1.0, 359.0, 2.0)  # off by 2, 1 and 3 degrees
         for late, (name, (kind, *_)) in enumerate(pulses.items()):
             put(kind, stamp + 150 * late, *(wire[c - 1] for c in groups[name]))
-    for time, force, w, attitude, velocity in zip(*(sensed or ()), strict=True):
+    for time, force, w, attitude, velocity in zip(*(sensors or ()), strict=True):
         stamp = 1_000_000 + round(time * 1e6)
         yaw, pitch, roll = Rotation.from_quat(attitude).as_euler("ZYX", degrees=True)
         for instance in (1, 0):  # the second of each is as wrong as can be
@@ -103,7 +103,7 @@ def write_outputs_ulog(
     volts: FloatArray,
     taus: FloatArray,
     amps: FloatArray | None = None,
-    sensed: Sensed | None = None,
+    sensors: SensorLog | None = None,
 ) -> Path:
     """A ULog of outputs, battery and setpoints (N, 6), by pyulog's own writer; PX4 says -1 A for none."""
     messages = {
@@ -113,16 +113,16 @@ def write_outputs_ulog(
         "vehicle_torque_setpoint": {f"xyz[{i}]": column for i, column in enumerate(taus.T[3:])},
     }
     rows = [(name, 0, t, columns) for name, columns in messages.items()]
-    if sensed is not None:
-        xyz = {"vehicle_acceleration": sensed.force, "vehicle_angular_velocity": sensed.rates}
+    if sensors is not None:
+        xyz = {"vehicle_acceleration": sensors.force, "vehicle_angular_velocity": sensors.rates}
         quantities = {
             name: {f"xyz[{i}]": each for i, each in enumerate(values.T)} for name, values in xyz.items()
         }
-        quantities["vehicle_attitude"] = {f"q[{i}]": sensed.attitude[:, i - 1] for i in range(4)}
-        valid = {name: np.ones(len(sensed.t)) for name in ("v_xy_valid", "v_z_valid")}
-        velocity = dict(zip(("vx", "vy", "vz"), sensed.velocity.T, strict=True))
+        quantities["vehicle_attitude"] = {f"q[{i}]": sensors.attitude[:, i - 1] for i in range(4)}
+        valid = {name: np.ones(len(sensors.t)) for name in ("v_xy_valid", "v_z_valid")}
+        velocity = dict(zip(("vx", "vy", "vz"), sensors.velocity.T, strict=True))
         quantities["vehicle_local_position"] = velocity | valid
-        rows += [(name, 0, sensed.t, columns) for name, columns in quantities.items()]
+        rows += [(name, 0, sensors.t, columns) for name, columns in quantities.items()]
     return write_ulog_of(path, rows)
 
 

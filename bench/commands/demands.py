@@ -140,8 +140,8 @@ def _readiness(
             f"{log}: nothing can be said of any thruster: no window of {WINDOW_S:g} s has enough rows and"
             " motion; fly what `check --failures` names"
         )
-    if motion.said:
-        echo(motion.said, err=True)
+    if motion.source:
+        echo(motion.source, err=True)
     if picture is not None:
         _draw(vehicle, windows, picture)
     return as_text(vehicle, windows) if is_weighed else f"{group_text(vehicle)}\n{as_text(vehicle, windows)}"
@@ -149,13 +149,24 @@ def _readiness(
 
 def _draw(vehicle: "Vehicle", windows: "list[WindowReadiness]", target: Path) -> None:
     import matplotlib as mpl
+    import numpy as np
 
     from alloc.errors import FileError
+    from bench.judging.readiness import MODEL, VAGUE
     from bench.report.pictures.readiness import TITLE, readiness
     from bench.report.pictures.style import SETTINGS, save_as
 
     with mpl.rc_context(SETTINGS):
-        figure = readiness(vehicle, windows)
+        half_width = np.array([each.half_width for each in windows])
+        half_width[half_width >= VAGUE] = np.nan
+        figure = readiness(
+            [vehicle.called(i) for i in range(vehicle.n)],
+            [(each.begin, each.end) for each in windows],
+            np.array([each.p for each in windows]) + 0 * half_width,
+            half_width,
+            np.array([np.isin(range(vehicle.n), each.accused) for each in windows]),
+            MODEL,
+        )
         try:
             save_as(figure, target, TITLE)
         except OSError as error:

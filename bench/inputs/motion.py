@@ -34,13 +34,13 @@ class Motion(NamedTuple):
     rows : (N,) True for the M rows of the outputs at which the motion is known
     a : (M, k) rates of change of v [m/s^2, rad/s^2]
     v : (M, k) velocities [m/s, rad/s]
-    said : which parts of the log these are of, in a line; empty for a table
+    source : which parts of the log these are of, in a line; empty for a table
     """
 
     rows: BoolArray
     a: FloatArray
     v: FloatArray
-    said: str = ""
+    source: str = ""
 
 
 class Sensors(NamedTuple):
@@ -52,14 +52,14 @@ class Sensors(NamedTuple):
     rates : angular velocity in body axes [rad/s]
     attitude : quaternion x, y, z, w that turns body axes into the earth's [-]
     velocity : along the earth's axes [m/s]
-    said : which messages these are
+    source : which messages these are
     """
 
     force: Series
     rates: Series
     attitude: Series
     velocity: Series
-    said: str
+    source: str
 
 
 def read_motion(
@@ -73,7 +73,7 @@ def read_motion(
     if path.is_dir() or path.suffix.lower() not in TABLES:
         sensors: Sensors = reader(path, "read_sensors", "log of outputs").read_sensors(path)
         assert outputs.t is not None
-        return sensed(path, sensors, outputs.start + outputs.t, vehicle)
+        return estimate_motion(path, sensors, outputs.start + outputs.t, vehicle)
     names = [f"{letter}_{axis}" for letter in "av" for axis in vehicle.dof]
     needed = f"--accelerations needs {', '.join(names)} [{FORM}]"
     header = read_table(path).header
@@ -89,7 +89,7 @@ def read_motion(
     return Motion(np.ones(len(log.u), dtype=bool), log.u[:, : vehicle.k], log.u[:, vehicle.k :])
 
 
-def sensed(path: Path, sensors: Sensors, t: FloatArray, vehicle: Vehicle) -> Motion:
+def estimate_motion(path: Path, sensors: Sensors, t: FloatArray, vehicle: Vehicle) -> Motion:
     """Motion while outputs of times t (N,) [s] last: means over one step from each on.
 
     The rate of change of the velocity u along body axes is specific force + gravity - w x u.
@@ -101,7 +101,7 @@ def sensed(path: Path, sensors: Sensors, t: FloatArray, vehicle: Vehicle) -> Mot
     middles = t + step / 2
     rows = np.logical_and.reduce([_is_covered(times, middles, step) for times, _ in series]) & (step > 0)
     if not rows.any():
-        raise DemandError(f"{path}: {sensors.said} are of other times than the outputs; log both at once")
+        raise DemandError(f"{path}: {sensors.source} are of other times than the outputs; log both at once")
     at = middles[rows]
     rising = np.append(True, np.diff(sensors.attitude[0]) > 0)
     attitude = Slerp(sensors.attitude[0][rising], Rotation.from_quat(sensors.attitude[1][rising]))
@@ -114,7 +114,7 @@ def sensed(path: Path, sensors: Sensors, t: FloatArray, vehicle: Vehicle) -> Mot
     A, V = (np.hstack(parts)[:, which] for parts in ((a, turn), (u, w)))
     if vehicle.frame == "flu":
         A, V = (turned(each.T, vehicle.dof).T for each in (A, V))
-    return Motion(rows, A, V, f"{path.name}: motion by {sensors.said}")
+    return Motion(rows, A, V, f"{path.name}: motion by {sensors.source}")
 
 
 def _is_covered(times: FloatArray, at: FloatArray, step: float) -> BoolArray:

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from alloc import load_vehicle
 from bench.__main__ import cli
 from bench.report.pictures.style import VERMILION
-from tests.dives import dive, sensed, write_dive
+from tests.dives import dive, simulate_sensors, write_dive
 from tests.output_logs import write_bin
 from tests.pages import blocks
 from tests.places import DOCS
@@ -54,7 +54,9 @@ def test_an_autopilots_log_leads_to_the_thruster_with_a_picture(tmp_path: Path) 
     flown = dive(vehicle, np.random.default_rng(4), readiness, seconds=41.0, noise=0.02)
     u = np.rint(vehicle.commands(flown.f).u).astype(int)
     still = np.zeros((len(u), 3))
-    log = write_bin(tmp_path, flown.t, u, np.full(len(u), 16.0), still, sensed=sensed(flown, vehicle.dof))
+    log = write_bin(
+        tmp_path, flown.t, u, np.full(len(u), 16.0), still, sensors=simulate_sensors(flown, vehicle.dof)
+    )
     picture = tmp_path / "readiness.svg"
     text = said(f"{COMMAND.replace('motion.csv', str(log))} --picture {picture}")
     assert re.findall(r"^weak  (.*)$", text, re.MULTILINE) == ["thruster 5: 0.50 in 2 of 2 windows"]

@@ -9,23 +9,22 @@ import pytest
 from alloc import Vehicle, load_vehicle
 from alloc.errors import DemandError
 from alloc.vehicle.frame import turned
-from bench.inputs.motion import Motion, Sensors, read_motion, sensed
+from bench.inputs.motion import Motion, Sensors, estimate_motion, read_motion
 from bench.inputs.outputs import read_outputs
-from tests.dives import Dive, Sensed, dive
-from tests.dives import sensed as sensors_of
+from tests.dives import Dive, SensorLog, dive, simulate_sensors
 from tests.output_logs import write_bin, write_outputs_ulog
 
-Write = Callable[[Path, Vehicle, Dive, Sensed | None], Path]
+Write = Callable[[Path, Vehicle, Dive, SensorLog | None], Path]
 
 
-def as_bin(path: Path, vehicle: Vehicle, flown: Dive, seen: Sensed | None) -> Path:
+def as_bin(path: Path, vehicle: Vehicle, flown: Dive, seen: SensorLog | None) -> Path:
     u = np.rint(vehicle.commands(flown.f).u).astype(int)
-    return write_bin(path, flown.t, u, np.full(len(u), 16.0), np.zeros((len(u), 3)), sensed=seen)
+    return write_bin(path, flown.t, u, np.full(len(u), 16.0), np.zeros((len(u), 3)), sensors=seen)
 
 
-def as_ulog(path: Path, vehicle: Vehicle, flown: Dive, seen: Sensed | None) -> Path:
+def as_ulog(path: Path, vehicle: Vehicle, flown: Dive, seen: SensorLog | None) -> Path:
     u = vehicle.commands(flown.f).u
-    return write_outputs_ulog(path, flown.t, u, np.full(len(u), 16.0), np.zeros((len(u), 6)), sensed=seen)
+    return write_outputs_ulog(path, flown.t, u, np.full(len(u), 16.0), np.zeros((len(u), 6)), sensors=seen)
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +50,7 @@ def assert_flown(motion: Motion, flown: Dive) -> None:
 
 @pytest.mark.parametrize("write", [as_bin, as_ulog])
 def test_the_motion_is_that_of_the_dive(tmp_path: Path, vehicle: Vehicle, flown: Dive, write: Write) -> None:
-    log = write(tmp_path, vehicle, flown, sensors_of(flown, vehicle.dof))
+    log = write(tmp_path, vehicle, flown, simulate_sensors(flown, vehicle.dof))
     assert_flown(read_motion(log, read_outputs(log, vehicle), vehicle), flown)
 
 
@@ -64,28 +63,28 @@ def test_a_log_without_sensors_is_refused(
         read_motion(log, read_outputs(log, vehicle), vehicle)
 
 
-def series(seen: Sensed) -> Sensors:
+def series(seen: SensorLog) -> Sensors:
     return Sensors(
         (seen.t, seen.force), (seen.t, seen.rates), (seen.t, seen.attitude), (seen.t, seen.velocity), "x"
     )
 
 
 def test_a_vehicle_with_z_up_gets_the_motion_in_its_frame(vehicle: Vehicle, flown: Dive) -> None:
-    seen = series(sensors_of(flown, vehicle.dof))
-    frd = sensed(Path("x"), seen, flown.t, vehicle)
-    flu = sensed(Path("x"), seen, flown.t, vehicle.with_frame("flu"))
+    seen = series(simulate_sensors(flown, vehicle.dof))
+    frd = estimate_motion(Path("x"), seen, flown.t, vehicle)
+    flu = estimate_motion(Path("x"), seen, flown.t, vehicle.with_frame("flu"))
     np.testing.assert_allclose(turned(flu.a.T, vehicle.dof).T, frd.a, atol=1e-12)
     np.testing.assert_allclose(turned(flu.v.T, vehicle.dof).T, frd.v, atol=1e-12)
 
 
 def test_nothing_is_interpolated_over_a_gap(vehicle: Vehicle, flown: Dive) -> None:
-    seen = sensors_of(flown, vehicle.dof)
+    seen = simulate_sensors(flown, vehicle.dof)
     kept = (seen.t < 5.0) | (seen.t > 9.0)
-    motion = sensed(Path("x"), series(Sensed(*(each[kept] for each in seen))), flown.t, vehicle)
+    motion = estimate_motion(Path("x"), series(SensorLog(*(each[kept] for each in seen))), flown.t, vehicle)
     assert not motion.rows[(flown.t > 5.1) & (flown.t < 8.9)].any()
     assert motion.rows[(flown.t > 0.1) & (flown.t < 4.9)].all()
 
 
 def test_sensors_of_another_time_are_refused(vehicle: Vehicle, flown: Dive) -> None:
     with pytest.raises(DemandError, match="other times"):
-        sensed(Path("x"), series(sensors_of(flown, vehicle.dof)), flown.t + 100.0, vehicle)
+        estimate_motion(Path("x"), series(simulate_sensors(flown, vehicle.dof)), flown.t + 100.0, vehicle)
