@@ -59,7 +59,7 @@ def estimate_ratios(
         M = x[-k:, None]
         return np.concatenate([A / M, -turning / M - np.eye(k) * model(x)[:, None, :] / M], axis=2)
 
-    x = np.concatenate([np.ones(n), np.zeros(3 * k), start])
+    x = np.concatenate([np.ones(n), np.zeros(A.shape[-1] - n), start])
     bounds = np.append(lower, LIGHTEST * start), np.append(upper, HEAVIEST * start)
 
     def errors(x: FloatArray, rho: FloatArray, spread: FloatArray) -> FloatArray:
@@ -76,7 +76,7 @@ def estimate_ratios(
         x = solved.x
         rho, spread = persistence(model(x) - a, a)
     ratios, G = _ratios(x[:n], groups(vehicle))
-    spreads = deviations(rows(x, rho, spread), errors(x, rho, spread), np.pad(G, ((0, 0), (0, 4 * k))))
+    spreads = deviations(rows(x, rho, spread), errors(x, rho, spread), np.pad(G, ((0, 0), (0, len(x) - n))))
     is_known = np.isfinite(ratios) & np.isfinite(spreads)
     return np.where(is_known, ratios, np.nan), np.where(is_known, INTERVAL * spreads, np.inf)
 

@@ -2,7 +2,7 @@
 
 Known are thrusts f that commands should have made, accelerations a and velocities v. Unknown are the
 readiness p_i of each thruster (1 as expected, 0 off, -1 reversed), linear and quadratic drag of each axis,
-none of them negative, and a constant wrench on each axis, as of weight and buoyancy. M has to be known:
+none of them negative, what a current changes of it, and a constant wrench, as of weight. M has to be known:
 without it mass, drag and readiness can all be scaled together (``bench.judging.ratios``).
 
 Errors of an axis follow each other: rows are replaced by what they differ from rho times the row before,
@@ -77,7 +77,7 @@ def estimate_windows(
     ``estimate`` is ``estimate_readiness``, or ``estimate_ratios`` where the mass is not known. A window that
     is shorter, or has too few rows, is left out.
     """
-    unknowns = vehicle.n + 4 * vehicle.k
+    unknowns = vehicle.n + 5 * vehicle.k
     edges = np.arange(t[0], t[-1] + 1e-9, WINDOW_S) if len(t) else np.empty(0)
     for begin in edges.tolist():
         rows = (t >= begin) & (t < begin + WINDOW_S)
@@ -111,14 +111,16 @@ def estimate_readiness(
 def columns(vehicle: Vehicle, f: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """A (N, k, m) of A x = M a + C(v) v, and bounds (m,) of x.
 
-    x is p, then linear drag, quadratic drag and constant of each axis.
+    x is p, then linear drag, quadratic drag and constant of each axis, and a factor of |v|: with a current c
+    drag is (v - c)|v - c|, which is v|v| - 2 c|v| to first order.
     """
     N, k, n = len(f), vehicle.k, vehicle.n
     pushed = vehicle.T * f[:, None, :]  # (N, k, n)
     axes = np.eye(k)
-    drag = [-axes * v[:, None, :], -axes * (np.abs(v) * v)[:, None, :], np.broadcast_to(-axes, (N, k, k))]
-    lower = np.concatenate([np.full(n, LEAST), np.zeros(2 * k), np.full(k, -np.inf)])
-    upper = np.concatenate([np.full(n, MOST), np.full(3 * k, np.inf)])
+    ones = np.ones((N, k))
+    drag = [-axes * each[:, None, :] for each in (v, np.abs(v) * v, ones, np.abs(v))]
+    lower = np.concatenate([np.full(n, LEAST), np.zeros(2 * k), np.full(2 * k, -np.inf)])
+    upper = np.concatenate([np.full(n, MOST), np.full(4 * k, np.inf)])
     return np.concatenate([pushed, *drag], axis=2), lower, upper
 
 
