@@ -5,16 +5,14 @@ times. Times repeat from method to method, so each is stored once, in ``times``,
 ``times``, how often, distance to the next place, how often, …].
 """
 
-import json
 import re
 from base64 import b64encode
 from collections.abc import Iterable, Sequence
-from html import escape
+from functools import cache
 from importlib.resources import files
 from itertools import pairwise
 from pathlib import Path
-from string import Template
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote
 
 from alloc.formulations import find_formulation
@@ -31,18 +29,56 @@ from bench.results.rows import Run, sort_sets
 from bench.results.size import CLOSE, SPARE, Fit, Size
 from bench.results.sizing import Pool, method_pools, pool_rows, sized_methods
 
-INSTRUMENT = files("bench.report") / "instrument"
-"""The folder with the parts of pages."""
-COLOURS = {"ink": INK, "paper": PAPER, "faint": FAINT, "focus": BLUE} | {
-    f"family-{i}": colour for i, colour in enumerate(FAMILIES.values())
-}
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+TEMPLATES = "instrument"
+"""Folder of the pages' templates, styles and scripts."""
 PICKS = (VERMILION, BLUE, GREEN, ORANGE)
 """Colours of methods that are put side by side."""
+COLOURS = {
+    "ink": INK,
+    "paper": PAPER,
+    "faint": FAINT,
+    "focus": BLUE,
+    **{f"family-{i}": colour for i, colour in enumerate(FAMILIES.values())},
+    **{f"pick-{i}": colour for i, colour in enumerate(PICKS)},
+}
+"""Colours of every page on light paper, by the name of their variable in CSS."""
 
 
-def prose(markdown: str) -> str:
-    """Markdown with tables as HTML; what looks like HTML in it is text."""
+@cache
+def environment() -> "Environment":
+    """Jinja2's environment of the pages: every value is escaped, and a name without a value is an error."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+    from markupsafe import Markup
+
+    made = Environment(
+        loader=PackageLoader("bench.report", TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        keep_trailing_newline=True,
+    )
+    made.policies["json.dumps_kwargs"] = {
+        "separators": (",", ":"),
+        "ensure_ascii": False,
+        "allow_nan": False,
+    }
+    folder = files("bench.report") / TEMPLATES
+    made.globals["source"] = lambda name: Markup((folder / name).read_text(encoding="utf-8"))
+    made.globals["colours"] = [(name, light, DARK[light]) for name, light in COLOURS.items()]
+    return made
+
+
+def prose(markdown: str, pictures: Path | None = None) -> str:
+    """Markdown with tables as HTML, whose own tags are shown as text.
+
+    SVG files of the folder ``pictures`` are embedded, each a document of its own, so that their ids can't
+    clash. The result is markupsafe.Markup, which templates take over as it is.
+    """
     from markdown_it import MarkdownIt
+    from markupsafe import Markup
 
     parser = MarkdownIt("commonmark", {"html": False}).enable("table")
     tokens, headings, column = parser.parse(markdown), [""], 0
@@ -58,47 +94,22 @@ def prose(markdown: str) -> str:
             column += 1
             for part in inside.children or ():  # a wide table's cells wrap, but not before their unit
                 part.content = part.content.replace(" %", "\N{NO-BREAK SPACE}%")
-    made: str = parser.renderer.render(tokens, parser.options, {})
-    return made
-
-
-def style() -> str:
-    """The style sheet of every page, with its colours for light and for dark settings."""
-    names = COLOURS | {f"pick-{i}": colour for i, colour in enumerate(PICKS)}
-    light = "".join(f"--{name}: {colour};" for name, colour in names.items())
-    dark = "".join(f"--{name}: {DARK[colour]};" for name, colour in names.items())
-    screen = f"@media screen and (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}"
-    sheet = (INSTRUMENT / "style.css").read_text(encoding="utf-8")
-    return f":root {{ {light} }}\n{screen}\n{sheet}"
-
-
-POLICY = (
-    '<meta http-equiv="Content-Security-Policy" content="'
-    "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
-    '">'
-)
-"""Nothing comes from outside, whatever a page's words hold."""
+        for part in inside.children or ():
+            name = unquote(str(part.attrGet("src") or ""))
+            if pictures is not None and name.endswith(".svg") and "/" not in name:
+                svg = b64encode((pictures / name).read_bytes()).decode("ascii")
+                part.attrSet("src", f"data:image/svg+xml;base64,{svg}")
+    return Markup(parser.renderer.render(tokens, parser.options, {}))
 
 
 def document(markdown: str, directory: Path) -> str:
-    """The Markdown as one HTML page without links to other files, for light and dark settings.
+    """Markdown, with the pictures of a folder, as one HTML page that needs no other file."""
+    page = environment().get_template("document.html")
+    return page.render(title=_title(markdown), text=prose(markdown, directory))
 
-    Pictures are read from the folder and embedded as data, each a document of its own, so that their ids
-    can't clash.
-    """
 
-    def embedded(image: re.Match[str]) -> str:
-        data = b64encode((directory / unquote(image[1])).read_bytes()).decode("ascii")
-        return f'<img src="data:image/svg+xml;base64,{data}"'
-
-    body = re.sub(r'<img src="([^"/]+\.svg)"', embedded, prose(markdown))
-    title = escape(markdown.partition("\n")[0].lstrip("# "))
-    return (
-        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        f"{POLICY}\n<title>{title}</title>\n"
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f'<style>{style()}</style>\n</head>\n<body>\n<main class="text">\n{body}</main>\n</body>\n</html>\n'
-    )
+def _title(markdown: str) -> str:
+    return markdown.partition("\n")[0].lstrip("# ")
 
 
 def data(machines: Sequence[NamedRun]) -> dict[str, Any]:
@@ -288,112 +299,35 @@ def _rounded(values: Iterable[float]) -> list[float]:
     return [round(value, 4) for value in values]
 
 
-SHAPES = ("circle", "square", "diamond", "triangle-up", "cross", "triangle-down", "triangle-right")
-"""Marks of the families, for readers who can't tell their colours apart."""
-TIME = {
-    "title": "one call",
-    "values": [digit * 10.0**power for power in range(-3, 8) for digit in (1, 2, 5)],
-    "labelOverlap": "greedy",
-    "labelSeparation": 6,
-    "labelExpr": "datum.value >= 1e6 ? datum.value / 1e6 + ' s' : datum.value >= 1000 ? datum.value / 1000"
-    " + ' ms' : datum.value >= 1 ? datum.value + ' µs' : round(1000 * datum.value) + ' ns'",
-}
-
-
 def html(machines: Sequence[NamedRun], report: str, details: str) -> str:
     """The page: choices, verdicts, pictures and tables of all machines, then the report's own words.
 
     It works without a server and without the network: data, Vega-Lite and what drives both are inside.
     Names stand in it as data only, so a vehicle may be called anything.
     """
-    title = report.partition("\n")[0].lstrip("# ")
-    read = {name: (INSTRUMENT / name).read_text(encoding="utf-8") for name in FILES}
-    page = Template(read["page.html"])
-    return page.substitute(
-        title=escape(title),
-        style=style(),
-        report=prose(_words(report)),
-        details=prose(_words(details)),
-        data=_json(data(machines)),
-        charts=_json(charts()),
-        sizing=read["sizing.js"],
-        page=read["page.js"],
-        vega=vega().replace("</script", "<\\/script"),
+    return (
+        environment()
+        .get_template("page.html")
+        .render(
+            title=_title(report),
+            report=prose(_words(report)),
+            details=prose(_words(details)),
+            data=data(machines),
+            names=list(FAMILIES),
+            picked=len(PICKS),
+            vega=vega(),
+        )
     )
 
 
-FILES = ("page.html", "sizing.js", "page.js", "charts.json")
-
-
 def vega() -> str:
-    """JavaScript that puts ``vegaEmbed`` into the page's window, with all that it needs."""
+    """JavaScript that puts ``vegaEmbed`` into the page's window, with all that it needs, as Markup."""
+    from markupsafe import Markup
+
     brought = files("js_lib_vega_embed") / "static" / "js_lib_vega_embed" / "vega-embed-full.js"
-    return brought.read_text(encoding="utf-8")
-
-
-def charts() -> dict[str, Any]:
-    """The four pictures in Vega-Lite's grammar; ``$name`` stands for what several of them share."""
-    legend = {
-        "orient": "bottom",
-        "columns": {"signal": "width < 420 ? 1 : 3"},
-        "title": None,
-        "labelLimit": 320,
-    }
-    shared = {
-        "families": {"domain": list(FAMILIES), "range": [f"var(--family-{i})" for i in range(len(FAMILIES))]},
-        "shapes": {"domain": list(FAMILIES), "range": list(SHAPES[: len(FAMILIES)])},
-        "picks": {"range": [f"var(--pick-{i})" for i in range(len(PICKS))]},
-        "dashes": {"field": "name", "type": "nominal", "legend": None},
-        "legend": legend,
-        "time": TIME,
-    }
-    named = json.loads((INSTRUMENT / "charts.json").read_text(encoding="utf-8"))
-    return {
-        name: _filled(spec, shared) | {"autosize": AUTOSIZE, "config": CONFIG} for name, spec in named.items()
-    }
-
-
-AUTOSIZE = {"type": "fit-x", "contains": "padding"}
-CONFIG = {
-    "background": "transparent",
-    "font": "system-ui, sans-serif",
-    "view": {"stroke": None},
-    "axis": {
-        "labelColor": "var(--ink)",
-        "titleColor": "var(--ink)",
-        "gridColor": "var(--faint)",
-        "domainColor": "var(--ink)",
-        "tickColor": "var(--ink)",
-        "labelFontSize": 12,
-        "titleFontWeight": "normal",
-    },
-    "legend": {
-        "layout": {"bottom": {"direction": "vertical", "anchor": "start"}},
-        "labelColor": "var(--ink)",
-        "titleColor": "var(--ink)",
-        "labelFontSize": 12,
-    },
-    "rule": {"color": "var(--ink)"},
-}
-
-
-def _filled(spec: Any, shared: dict[str, Any]) -> Any:
-    if isinstance(spec, dict):
-        return {key: _filled(value, shared) for key, value in spec.items()}
-    if isinstance(spec, list):
-        return [_filled(value, shared) for value in spec]
-    if isinstance(spec, str) and spec.startswith("$"):
-        name = spec[1:]
-        return shared.get(name, {"field": name, "title": name.replace("\\", "")})
-    return spec
+    return Markup(brought.read_text(encoding="utf-8").replace("</script", "<\\/script"))
 
 
 def _words(markdown: str) -> str:
     """A report without its title, and without pictures, since the page draws what they show."""
     return re.sub(r"^!\[.*\n", "", markdown.partition("\n")[2], flags=re.MULTILINE)
-
-
-def _json(value: Any) -> str:
-    """JSON that no HTML parser reads a tag out of."""
-    text = json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
-    return text.replace("<", "\\u003c")

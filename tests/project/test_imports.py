@@ -116,11 +116,24 @@ def test_help_imports_nothing_heavy() -> None:
         "import sys; from bench.__main__ import cli\n"
         "from click.testing import CliRunner\n"
         "assert CliRunner().invoke(cli, ['--help']).exit_code == 0\n"
-        "heavy = {'numpy', 'scipy', 'pandas', 'matplotlib', 'rich', 'msgspec', 'ruamel.yaml'}\n"
+        "heavy = {'numpy', 'scipy', 'pandas', 'matplotlib', 'rich', 'msgspec', 'ruamel.yaml', 'jinja2'}\n"
         "heavy &= set(sys.modules)\n"
         "assert not heavy, heavy"
     )
     subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT, timeout=30)
+
+
+def test_size_imports_neither_pandas_nor_jinja(tmp_path: Path) -> None:
+    made_up.whole(tmp_path)
+    code = (
+        "import sys; from bench.__main__ import cli\n"
+        "from click.testing import CliRunner\n"
+        f"done = CliRunner().invoke(cli, ['size', {str(tmp_path)!r}, '--rate', '100'])\n"
+        "assert done.exit_code == 0, done.output\n"
+        "heavy = {'pandas', 'jinja2'} & set(sys.modules)\n"
+        "assert not heavy, heavy"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT, timeout=60)
 
 
 AGAINST = {

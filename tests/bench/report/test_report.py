@@ -16,6 +16,7 @@ from markdown_it import MarkdownIt
 from bench.__main__ import main
 from bench.record import Batch, Cell, Emulated, Event, Judged, Key, Line, Loss, Method
 from bench.report import render
+from bench.report.html import document
 from bench.report.page import details, page
 from bench.report.sections import cost, emulation, facts, headline
 from bench.report.sections.cost import count_disjoint
@@ -621,3 +622,9 @@ def test_both_pages_say_in_which_frame_each_vehicle_s_demands_are(tmp_path: Path
         assert "Demands of ukwial are in frd: x ahead, y to starboard, z down." in text
         assert "Demands of rov are in flu: x ahead, y to port, z up." in text
     assert b'"frame":"frd"' not in (tmp_path / "record.jsonl").read_bytes()
+
+
+def test_a_page_shows_tags_in_its_title_and_text_as_they_are(tmp_path: Path) -> None:
+    made = document("# <b>T</b> & {{ x }}\n\n<i>words</i>\n", tmp_path)
+    assert "<title>&lt;b&gt;T&lt;/b&gt; &amp; {{ x }}</title>" in made
+    assert "<p>&lt;i&gt;words&lt;/i&gt;</p>" in made
