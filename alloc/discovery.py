@@ -116,6 +116,7 @@ def generate(
     faults: "Faults | bool" = "one",
     esc: bool = False,
     monitor: FloatArray | None = None,
+    cap: bool = False,
     package: "Package | None" = None,
     maintainer: str = "",
 ) -> dict[str, str]:
@@ -135,12 +136,13 @@ def generate(
     esc : whether there is also the way to the commands of the ESCs, ``<name>_esc.c``
     monitor : (k,) noise of a measured wrench [N, N m], for a function that accuses thrusters,
         ``<name>_monitor.c``; None for none
+    cap : whether there is also the same under a cap on current, ``<name>_cap.c``
     package : the build system whose package it shall be, ``cmake``, ``ros2``, ``platformio``, ``arduino`` or
         ``zephyr``: then all lies in a folder with the function's name
     maintainer : ``NAME <MAIL>`` for ROS 2's package.xml, which has a placeholder without
 
     Raises UnknownName for a method that can't be C, NotApplicable where it does not cover the vehicle,
-    VehicleError where it has no ESCs and these are asked for.
+    VehicleError where it has no ESCs, or no currents, and these are asked for.
     """
     from alloc import c
     from alloc.methods import recipe
@@ -155,8 +157,11 @@ def generate(
     if monitor is not None:
         files |= c.monitor(target, monitor)
         files |= {f"test/{target.name}_monitor_test.c": c.monitor_selftest(target, monitor)}
+    if cap:
+        c.check_cap(target, package)
+        files |= c.capped(target) | {f"test/{target.name}_cap_test.c": c.cap_selftest(target)}
     # Several functions may share a folder.
-    files |= {f"{target.name}.md": c.page(target, esc=esc, monitor=monitor is not None)}
+    files |= {f"{target.name}.md": c.page(target, esc=esc, monitor=monitor is not None, cap=cap)}
     about = f"Thrust allocation for {c.in_comment(vehicle.name)} by {target.method.name}"
     return c.packaged(package, target.name, files, about, maintainer) if package else files
 

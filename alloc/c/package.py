@@ -7,6 +7,7 @@ from html import escape
 from typing import Literal, NamedTuple
 
 from alloc.allocation import BoundedSteps
+from alloc.c.cap import cap_usage
 from alloc.c.esc import command_type
 from alloc.c.generate import returned
 from alloc.c.monitor import usage
@@ -200,7 +201,7 @@ def _version() -> str:
     return found[0] if found else "0.0.0"
 
 
-def page(target: Target, *, esc: bool = False, monitor: bool = False) -> str:
+def page(target: Target, *, esc: bool = False, monitor: bool = False, cap: bool = False) -> str:
     """Markdown: the files, the call, what comes back, what it costs, how to check it; what is beside it."""
     vehicle, kernel, scalar = target.vehicle, target.method, target.scalar
     at_call = target.limits == "call"
@@ -234,6 +235,7 @@ def page(target: Target, *, esc: bool = False, monitor: bool = False) -> str:
         "" if allocator.limited else "\n**f may lie beyond these limits**: this method does not know them.\n"
     )
     beside = (_esc(target) if esc else "") + usage(target) * monitor
+    beside += cap_usage(target) if cap else ""
     codes = returned(kernel, target.programs)
     statuses = "\n".join(f"| {status} | {meaning} |" for status, meaning in codes.items())
     return f"""\

@@ -32,6 +32,7 @@ from bench.commands import (
 @click.option("--esc", is_flag=True, help="Also C from thrusts to the commands of the vehicle's ESCs.")
 @click.option("--monitor", is_flag=True, help="Also C that accuses a thruster that pushes less than told.")
 @NOISE
+@click.option("--cap", is_flag=True, help="Also C that keeps below a cap on current, of the call [A].")
 @click.option(
     "--package",
     type=click.Choice(["cmake", "ros2", "platformio", "arduino", "zephyr"]),
@@ -50,6 +51,7 @@ def command(
     esc: bool,
     monitor: bool,
     noise: str,
+    cap: bool,
     package: Literal["cmake", "ros2", "platformio", "arduino", "zephyr"] | None,
     maintainer: str,
     out: Path,
@@ -69,7 +71,7 @@ def command(
     if noise and not monitor:
         raise click.UsageError("--noise is of --monitor; give that too")
     if library:
-        if method or limits != "fixed" or faults != "one" or esc or monitor:
+        if method or limits != "fixed" or faults != "one" or esc or monitor or cap:
             raise click.UsageError(
                 "--library has every method, and limits of each call; leave out the others."
             )
@@ -79,7 +81,7 @@ def command(
         expected = assumed_noise(known) if stated is None else stated
         files = generate(
             known, method, scalar=scalar, limits=limits, faults=faults, esc=esc,
-            monitor=expected if monitor else None, package=package, maintainer=maintainer,
+            monitor=expected if monitor else None, cap=cap, package=package, maintainer=maintainer,
         )  # fmt: skip
     else:
         raise click.UsageError(f"Missing option '{'--method' if vehicle else '--vehicle'}'.")

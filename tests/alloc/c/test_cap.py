@@ -1,0 +1,157 @@
+"""C under a cap on current: shares are those of a bisection on the path, and no call draws more."""
+
+import ctypes
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from alloc import AllocError, Status, Vehicle, generate, load_vehicle
+from alloc.allocation import FloatArray
+from alloc.c import Target, capped, compiled, missing, sources
+from alloc.methods import recipe
+from alloc.program import Scalar
+from alloc.reach.edge import start
+from alloc.vehicle.current import PowerLaw
+from tests.compilers import build_program, run
+
+pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
+SANITIZED = ["-O1", "-fsanitize=undefined", "-fno-sanitize-recover=all", "-ffp-contract=off"]
+HEAVY = load_vehicle("bluerov2-heavy")
+LAW = replace(HEAVY, esc=(replace(HEAVY.esc[0], current=PowerLaw(0.076, 0.11, 1.5)),) * 8)
+UNEVEN = replace(
+    HEAVY,
+    esc=tuple(replace(HEAVY.esc[0], current=PowerLaw(0.07 + i / 99, 0.11, 1.3 + i / 20)) for i in range(8)),
+)
+CASES: dict[str, tuple[Vehicle, Scalar]] = {
+    "a table": (HEAVY, "double"),
+    "a table in float": (HEAVY, "float"),
+    "a law": (LAW, "double"),
+    "a law in float": (LAW, "float"),
+    "uneven laws": (UNEVEN, "double"),
+    "T without full rank": (load_vehicle("bluerov2"), "double"),
+    "no thruster stands still": (replace(HEAVY, f_min=np.full(8, 1.0)), "double"),
+}
+NEAR: dict[Scalar, float] = {"double": 1e-6, "float": 1e-4}
+REAL = {"double": np.float64, "float": np.float32}
+OVER: dict[Scalar, float] = {"double": 1e-9, "float": 1e-5}
+Call = Callable[..., tuple[int, FloatArray, float]]
+
+
+def bound(vehicle: Vehicle, scalar: Scalar) -> tuple[Call, Call]:
+    """NAME, and NAME_cap, with limits of the call: each returns status, f and share."""
+    target = Target(vehicle=vehicle, method=recipe("scaled"), scalar=scalar, limits="call")
+    library = ctypes.CDLL(str(compiled.shared_library(target.name, sources(target) | capped(target))))
+    real, number = REAL[scalar], ctypes.c_float if scalar == "float" else ctypes.c_double
+    array = np.ctypeslib.ndpointer(dtype=real)
+    plain, under = library[target.name], library[f"{target.name}_cap"]
+    plain.argtypes = [array, array, array, ctypes.c_int, array, array]
+    under.argtypes = [array, array, array, ctypes.c_int, number, number, array, array]
+
+    def call(function: Callable[..., int]) -> Call:
+        def asked(
+            tau: FloatArray, low: FloatArray, high: FloatArray, fault: int, *supply: float
+        ) -> tuple[int, FloatArray, float]:
+            f, share = np.full(vehicle.n, np.nan, real), np.full(1, np.nan, real)
+            status = function(*(np.asarray(x, real) for x in (tau, low, high)), fault, *supply, f, share)
+            return status, f.astype(np.float64), float(share[0])
+
+        return asked
+
+    return call(plain), call(under)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_shares_are_those_of_a_bisection_on_the_path_and_no_call_draws_more_than_the_cap(
+    case: str, rng: np.random.Generator
+) -> None:
+    vehicle, scalar = CASES[case]
+    (plain, under), stopped = bound(vehicle, scalar), 0
+    for _ in range(150):
+        fault = int(rng.integers(-1, vehicle.n))
+        tau = rng.uniform(0.1, 3.0) * vehicle.TP @ rng.uniform(vehicle.f_min, vehicle.f_max)
+        narrower = rng.uniform(0.3, 1.0, (2, vehicle.n)) ** rng.integers(2)
+        low = np.where(vehicle.f_min < 0, narrower[0] * vehicle.f_min, vehicle.f_min)
+        high, volts = narrower[1] * vehicle.f_max, float(rng.uniform(9, 21))
+        tau, low, high = (np.asarray(x, REAL[scalar]).astype(np.float64) for x in (tau, low, high))
+        draw, cap = vehicle.draw(volts), float(rng.choice([1.0, 3.0, 10.0, 20.0, 60.0, 300.0]))
+        status, f, share = under(tau, low, high, fault, cap, volts)
+        on = np.arange(vehicle.n) != fault
+        begin = start(np.where(on, low, 0.0), np.where(on, high, 0.0))
+        if draw.amps(begin).sum() > cap:
+            assert status == Status.INFEASIBLE
+            continue
+        assert draw.amps(f).sum() <= cap * (1 + OVER[scalar])
+        assert ((f >= low) & (f <= high) | ~on).all()
+        whole, reached, all_of_it = plain(tau, low, high, fault)
+        if draw.amps(reached).sum() <= cap:
+            assert (status, share) == (whole, all_of_it)
+            continue
+        stopped, least, most = stopped + 1, 0.0, all_of_it
+        rest = vehicle.TP @ begin
+        for _ in range(45):
+            middle = (least + most) / 2
+            there = plain(rest + middle * (tau - rest), low, high, fault)[1]
+            least, most = (middle, most) if draw.amps(there).sum() <= cap else (least, middle)
+        assert status == Status.PARTIAL
+        assert share == pytest.approx(least, abs=NEAR[scalar])
+    assert stopped > 20
+
+
+def test_an_argument_that_is_not_finite_is_refused() -> None:
+    _, under = bound(HEAVY, "double")
+    tau, limits = np.full(6, 5.0), (HEAVY.f_min, HEAVY.f_max)
+    for cap, volts in ((np.nan, 12.0), (np.inf, 12.0), (20.0, np.nan), (20.0, np.inf)):
+        assert under(tau, *limits, -1, cap, volts)[0] == -2
+    assert under(np.full(6, np.nan), *limits, -1, 20.0, 12.0)[0] == -2
+    assert under(tau, *limits, -1, -1.0, 12.0)[0] == Status.INFEASIBLE
+
+
+def self_test(folder: Path, vehicle: Vehicle, single: bool, old: str = "", new: str = "") -> tuple[int, str]:
+    """Exit code and output of the self-test of a vehicle's C, edited before."""
+    files = generate(vehicle, "scaled", scalar="float" if single else "double", cap=True)
+    files = {file: text for file, text in files.items() if "/" not in file or "_cap_test" in file}
+    (source,) = (file for file in files if file.endswith("_cap.c"))
+    assert old in files[source]
+    files[source] = files[source].replace(old, new)
+    done = run([str(build_program(folder, files, *SANITIZED, "-lm"))], folder)
+    return done.returncode, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("single", [True, False])
+@pytest.mark.parametrize("vehicle", [HEAVY, LAW], ids=["a table", "a law"])
+def test_the_self_test_finds_what_python_says(vehicle: Vehicle, single: bool, tmp_path: Path) -> None:
+    code, text = self_test(tmp_path, vehicle, single)
+    assert (code, "108 cases; 0 wrong" in text) == (0, True), text
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("cap - 0.5F * near", "0.999F * cap"),
+        ("up * (piece->amps", "0.9F * up * (piece->amps"),
+        ("return TB_PARTIAL;", "return TB_SOLVED;"),
+        ("k < STEPS", "k < 1"),
+    ],
+)
+def test_a_broken_line_is_seen(old: str, new: str, tmp_path: Path) -> None:
+    code, text = self_test(tmp_path, HEAVY, True, old, new)
+    assert code == 1, text
+
+
+@pytest.mark.parametrize(
+    ("method", "vehicle", "package", "message"),
+    [
+        ("pinv", HEAVY, None, "cap: methods for .* take none; use scaled"),
+        ("scaled-by-group", HEAVY, None, "scaled-by-group: has no C with a cap; give --method scaled"),
+        ("scaled", load_vehicle("ukwial"), None, "has no currents; add 'current' to 'esc'"),
+        ("scaled", LAW, "cmake", "links no mathematical library, which a law of current needs"),
+    ],
+)
+def test_what_has_no_c_with_a_cap_is_refused(
+    method: str, vehicle: Vehicle, package: str, message: str
+) -> None:
+    with pytest.raises(AllocError, match=message):
+        generate(vehicle, method, cap=True, package=package)
