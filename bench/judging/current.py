@@ -73,6 +73,8 @@ def current_lines(vehicle: Vehicle, f: FloatArray, outputs: Outputs) -> list[tup
         return []
     model, measured = model_amps(vehicle, f, outputs.volts), outputs.amps
     known = np.flatnonzero(np.isfinite(measured))
+    if not known.size:
+        return []
     lines = [
         ("battery's current", f"in {len(known)} of {len(f)} rows, at most {measured[known].max():.3g} A")
     ]

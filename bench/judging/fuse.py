@@ -67,7 +67,7 @@ def ways(vehicle: Vehicle, limits: Interval, amps: float, volts: float | None) -
 
     def by_ratio(tau: FloatArray) -> tuple[FloatArray, float]:
         found = scaled(tau, *limits)
-        ratio = min(1.0, reaches(draw, amps, rest, found.f))
+        ratio = reaches(draw, amps, rest, found.f)
         return ratio * found.f, ratio * found.share[0]
 
     def each_apart(tau: FloatArray) -> tuple[FloatArray, float]:

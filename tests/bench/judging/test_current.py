@@ -98,7 +98,8 @@ def test_bands_of_the_model_s_current_say_how_much_more_was_measured() -> None:
     assert len(bands) == 5
     assert all(said.endswith("A, +1.7 A on average") for _, said in bands)
     assert current_lines(replace(VEHICLE, cap=None), SENT.f, outputs) == []
-    assert current_lines(VEHICLE, SENT.f, outputs._replace(amps=None)) == []
+    for amps in (None, np.full(ROWS, np.nan)):
+        assert current_lines(VEHICLE, SENT.f, outputs._replace(amps=amps)) == []
 
 
 def test_commands_print_the_comparison_and_the_fit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
