@@ -261,6 +261,11 @@ class Run:
         """The vehicle's capability; None where the record has none, as for a degraded vehicle."""
         return next((c for c in self.record.capabilities if c.vehicle == vehicle), None)
 
+    @property
+    def capabilities(self) -> list[Capability]:
+        """Capabilities of ``vehicles``, in their order."""
+        return [known for vehicle in self.vehicles if (known := self.capability(vehicle))]
+
     def select(self, vehicle: str, demands: str = "") -> list[Row]:
         """Rows of a vehicle on one demand set, or on all."""
         return [row for row in self.by_vehicle.get(vehicle, []) if demands in ("", row.demands)]

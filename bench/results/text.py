@@ -8,6 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from tabulate import tabulate
 
+from alloc.allocation import WRENCH_TOLERANCE
+from alloc.vehicle.geometry import unit
+from bench.results.quantiles import group
+
 if TYPE_CHECKING:
     import pandas as pd
 
@@ -57,6 +61,22 @@ def table(headers: Sequence[str], rows: Iterable[Sequence[str]], *, markdown: bo
     body = [[cell(text) for text in row] for row in rows]
     align = ["left", *("left" if _wordy(body, i) else "right" for i in range(1, len(headers)))]
     return tabulate(body, headers=headers, tablefmt="pipe", colalign=align, disable_numparse=True) + "\n"
+
+
+def merge_lines(lines: Iterable[tuple[str, Iterable[str]]]) -> list[list[str]]:
+    """Lines (name, cells) of a table, where names with equal cells share the line of the first."""
+    alike = group(((name, tuple(cells)) for name, cells in lines), lambda line: line[1])
+    return [[", ".join(name for name, _ in same), *cells] for cells, same in alike.items()]
+
+
+def wrench_text(dof: Iterable[str], wrench: Iterable[float]) -> str:
+    """``surge 10.0 N, yaw 2.00 N m``: a wrench by its axes."""
+    return ", ".join(f"{axis} {three(value)} {unit(axis)}" for axis, value in zip(dof, wrench, strict=True))
+
+
+def drop_rounding(value: float | None, rounding: float = WRENCH_TOLERANCE) -> float | None:
+    """The value, or 0 where it is no larger than rounding: a wrench that errs by less counts as met."""
+    return 0.0 if value is not None and abs(value) <= rounding else value
 
 
 def plain(text: str) -> str:

@@ -7,7 +7,7 @@ from bench.report.verdict import flat_sets, name_of_state
 from bench.results.quantiles import share
 from bench.results.ranking import uncounted_methods
 from bench.results.rows import Run
-from bench.results.text import percent, plain, table, three
+from bench.results.text import merge_lines, percent, plain, table, three
 
 NEARLY_SINGULAR = 100.0
 """Condition above which a warning is given: some wrench costs a hundred times the thrust of another, so full
@@ -26,8 +26,7 @@ out, so it may be infeasible though it lies inside.
 
 def capability(run: Run, drawn: frozenset[str]) -> str:
     """Authority after each failure, shares served, and the two pictures, vehicle by vehicle."""
-    capabilities = [capability for vehicle in run.vehicles if (capability := run.capability(vehicle))]
-    parts = [part for capability in capabilities for part in _vehicle(capability, drawn)]
+    parts = [part for capability in run.capabilities for part in _vehicle(capability, drawn)]
     return "\n".join([CAPABILITY, *parts]) if parts else ""
 
 
@@ -49,12 +48,10 @@ def _vehicle(capability: Capability, drawn: frozenset[str]) -> list[str]:
 
 def _authority(capability: Capability) -> str:
     """Table of authority; failures that leave the same share a line."""
-    lines: dict[tuple[str, ...], list[str]] = {}
-    for a in capability.authority:
-        lines.setdefault(_state(a), []).append(name_of_state(capability, a.fault))
+    lines = ((name_of_state(capability, a.fault), _state(a)) for a in capability.authority)
     units = [f"{axis} [{unit(axis)}]" for axis in capability.dof]
     headers = ("off", "rank", "volume left", "closed form", "safe up to", "condition", *units)
-    return table(headers, [[", ".join(names), *cells] for cells, names in lines.items()])
+    return table(headers, merge_lines(lines))
 
 
 def _state(a: Authority) -> tuple[str, ...]:
@@ -104,15 +101,15 @@ def _served(capability: Capability) -> str:
     for served in capability.served:
         by_method.setdefault(served.method, {})[served.fault] = served
     states = list(dict.fromkeys(served.fault for served in capability.served))
-    lines: dict[tuple[str, ...], list[str]] = {}
-    for method, by_fault in sorted(by_method.items(), key=_most_first):
-        cells = tuple(cell for fault in states for cell in _shares(by_fault.get(fault)))
-        lines.setdefault(cells, []).append(method)
+    lines = (
+        (method, [cell for fault in states for cell in _shares(by_fault.get(fault))])
+        for method, by_fault in sorted(by_method.items(), key=_most_first)
+    )
     headers = ["method"]
     for fault in states:
         where = "all thrusters" if fault is None else f"{name_of_state(capability, fault)} off"
         headers += [f"served within 1 %, {where}", f"within 5 %, {where}"]
-    return table(headers, [[", ".join(names), *cells] for cells, names in lines.items()])
+    return table(headers, merge_lines(lines))
 
 
 def _most_first(item: tuple[str, dict[int | None, Served]]) -> tuple[int, str]:

@@ -11,10 +11,10 @@ from bench.record.measured import BIN
 from bench.report.pictures import picture
 from bench.results.columns import Row
 from bench.results.growth import FITTED_FROM, Series, exponent, pays_up_to, series
-from bench.results.quantiles import interval
+from bench.results.quantiles import group, interval, largest
 from bench.results.ranking import best_rows, is_right, largest_loss
 from bench.results.rows import Run
-from bench.results.text import number_range, percent, plain, plural, table, three
+from bench.results.text import drop_rounding, number_range, percent, plain, plural, table, three
 
 
 def cost(run: Run, drawn: frozenset[str]) -> str:
@@ -44,10 +44,11 @@ def cost(run: Run, drawn: frozenset[str]) -> str:
 
 def _costs(run: Run, vehicle: str) -> str:
     sets = run.sets(vehicle)
-    variants: dict[str, dict[str, Row]] = {}
-    for row in run.select(vehicle):
-        if not row.failed and row.call_p50_us is not None:
-            variants.setdefault(row.label, {})[row.demands] = row
+    timed = [row for row in run.select(vehicle) if not row.failed and row.call_p50_us is not None]
+    variants = {
+        label: {row.demands: row for row in rows}
+        for label, rows in group(timed, lambda row: row.label).items()
+    }
     pinv = variants.get("pinv", {}).get(sets[0])
     base = pinv.call_p50_us if pinv else None
     lines = []
@@ -277,8 +278,7 @@ def _delivered(own: list[Priced], kind: str) -> list[str]:
 
 
 def _angle(turned: list[float]) -> str:
-    # An angle as small as the wrench that SOLVED may miss is rounding.
-    return three(max(turned) if max(turned) > WRENCH_TOLERANCE else 0.0) if turned else ""
+    return three(drop_rounding(largest(turned)))
 
 
 def _left(losses: Iterable[float | None]) -> str:

@@ -5,7 +5,6 @@ from operator import attrgetter
 from statistics import median
 
 from alloc.vehicle.frame import FRAMES, described
-from bench.record import Worker
 from bench.report.verdict import NOISY_SHARE, cut_log_notes
 from bench.results.columns import Row
 from bench.results.quantiles import group, largest
@@ -51,18 +50,21 @@ def slowest(run: Run, drawn: frozenset[str]) -> str:
 
 def memory(run: Run, drawn: frozenset[str]) -> str:
     """A table: peak memory of each method's process, also over an empty one's, and the time of its import."""
-    methods = sorted({row.method for row in run.measured})
-    workers = {name: [w for w in run.record.workers if w.method == name] for name in methods}
-    empty = _peak_MB(workers.get("noop", []))
+    by_method = group(run.rows, attrgetter("method"))
+    peaks = {
+        name: largest(row.peak_rss_MB for row in by_method[name])
+        for name in sorted({row.method for row in run.measured})
+    }
+    empty = peaks.get("noop")
     lines = []
-    for name in sorted(methods, key=lambda name: _peak_MB(workers[name]) or 0.0):
-        peak = _peak_MB(workers[name])
+    for name, peak in sorted(peaks.items(), key=lambda item: item[1] or 0.0):
         over = None if peak is None or empty is None else peak - empty
-        imports = [w.import_ns for w in workers[name] if w.import_ns is not None and name != "noop"]
+        workers = [w for w in run.record.workers if w.method == name != "noop"]
+        imports = [w.import_ns for w in workers if w.import_ns is not None]
         # Without anything to import, a first build may be quicker than later ones: that counts as zero.
         import_ms = max(median(imports), 0.0) / 1e6 if imports else None
-        held = largest(row.allocator_bytes for row in run.rows if row.method == name)
-        lines.append([name, three(peak), three(over), three(held and held / 1000), three(import_ms)])
+        size = largest(row.allocator_bytes for row in by_method[name])
+        lines.append([name, three(peak), three(over), three(size and size / 1000), three(import_ms)])
     headers = ("method", "peak [MB]", "over an empty worker [MB]", "allocator [kB]", "import [ms]")
     text = (
         "Peak resident memory of a process that runs this method and nothing else, numpy included, the"
@@ -72,11 +74,6 @@ def memory(run: Run, drawn: frozenset[str]) -> str:
     )
     known = any(number for _, *numbers in lines for number in numbers)
     return f"## Memory\n\n{text}\n{table(headers, lines)}" if known else ""
-
-
-def _peak_MB(workers: list[Worker]) -> float | None:
-    peak = largest(worker.peak_rss_bytes for worker in workers)
-    return None if peak is None else peak / 1e6
 
 
 def machine(run: Run, drawn: frozenset[str]) -> str:

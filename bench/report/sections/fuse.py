@@ -18,8 +18,8 @@ def fuse(run: Run, drawn: frozenset[str]) -> str:
     """A table of shares and currents and one by axis, for each vehicle with a cap."""
     parts = [
         part
-        for vehicle in run.vehicles
-        if (capability := run.capability(vehicle)) and capability.fuse
+        for capability in run.capabilities
+        if capability.fuse
         for part in _vehicle(capability, capability.fuse)
     ]
     return "\n".join([FUSE, *parts]) if parts else ""

@@ -1,6 +1,6 @@
 """Report sections on wrenches lost: by rules and closed forms, within moving limits, after a failure."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from alloc.allocation import WRENCH_TOLERANCE
 from bench.record import Problem, Served
@@ -8,7 +8,7 @@ from bench.results.columns import Row
 from bench.results.quantiles import largest
 from bench.results.ranking import best_rows, largest_loss
 from bench.results.rows import Run, count_answers, served_count
-from bench.results.text import percent, plain, table, three
+from bench.results.text import drop_rounding, percent, plain, table, three
 
 LOSSES = """## What you lose
 
@@ -61,9 +61,9 @@ def _vehicle(run: Run, vehicle: str) -> list[str]:
             count_answers(own for name in asked if (own := by_set[name].get(row.label))),
             *(_lost(by_set[name].get(row.label)) for name in sets),
             *([_drawn(counted[row.label])] if n_drawn else []),
-            _met(largest(other.direction_error_max_deg for other in alike), three),
-            _met(largest(other.limits_violated_share for other in alike), percent),
-            _met(largest(other.effort_over_optimum_max for other in alike), percent),
+            three(drop_rounding(largest(other.direction_error_max_deg for other in alike))),
+            percent(drop_rounding(largest(other.limits_violated_share for other in alike))),
+            percent(drop_rounding(largest(other.effort_over_optimum_max for other in alike))),
         )
         if any(cells):
             lines.setdefault(cells, []).append(row)
@@ -120,7 +120,9 @@ def loses(served: Served) -> bool:
 
 
 def _drawn(served: Served | None) -> str:
-    return "not asked" if served is None or served.sample is None else _met(served.sample.missed_max, percent)
+    if served is None or served.sample is None:
+        return "not asked"
+    return percent(drop_rounding(served.sample.missed_max))
 
 
 def _together(rows: list[Row]) -> str:
@@ -149,14 +151,8 @@ def _lost(row: Row | None) -> str:
         return "none answered"
     answered = row.answered_share
     values = [row.lost_wrench_p50, row.lost_wrench_max]
-    text = ", ".join(_met(value, percent) for value in values)
+    text = ", ".join(percent(drop_rounding(value)) for value in values)
     return text if answered == 1.0 else f"{text} ({percent(answered)} answered)"
-
-
-def _met(value: float | None, show: Callable[[float | None], str]) -> str:
-    # A wrench missed by no more than SOLVED allows counts as met; an equally small angle [°] or effort is
-    # rounding.
-    return show(0.0 if value is not None and abs(value) < WRENCH_TOLERANCE else value)
 
 
 MOVING = """## Demands in a row, and limits that move
@@ -256,7 +252,7 @@ def mission(run: Run, drawn: frozenset[str]) -> str:
         before = {row.method: row for row in best_rows(run, vehicle, BEFORE)}
         for degraded in _degraded(run, vehicle):
             after = {row.method: row for row in best_rows(run, degraded, AFTER)}
-            lines = [[name, *_numbers(row, after[name])] for name, row in before.items() if name in after]
+            lines = [[name, *_changes(row, after[name])] for name, row in before.items() if name in after]
             if lines:
                 parts += [f"### {plain(vehicle)}, then {plain(degraded)}\n", table(MISSION_HEADERS, lines)]
     if not parts:
@@ -292,10 +288,10 @@ def _degraded(run: Run, vehicle: str) -> list[str]:
     )
 
 
-def _numbers(before: Row, after: Row) -> list[str]:
+def _changes(before: Row, after: Row) -> list[str]:
     within = [percent(row.within_1pct_share) for row in (before, after)]
     lost = [percent(_lost_whole(row)) for row in (before, after)]
-    turned = [three(_above(row.direction_error_max_deg, ROUNDING_DEG)) for row in (before, after)]
+    turned = [three(drop_rounding(row.direction_error_max_deg, ROUNDING_DEG)) for row in (before, after)]
     return [*within, *lost, *turned]
 
 
@@ -303,8 +299,4 @@ def _lost_whole(row: Row) -> float | None:
     # A demand without an answer delivers nothing.
     if (row.answered_share or 0.0) < 1.0:
         return 1.0
-    return _above(row.lost_wrench_max, WRENCH_TOLERANCE)
-
-
-def _above(value: float | None, floor: float) -> float | None:
-    return 0.0 if value is not None and value <= floor else value
+    return drop_rounding(row.lost_wrench_max)

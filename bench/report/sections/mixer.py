@@ -1,9 +1,8 @@
 """Report section on a vehicle's own mixer: its share of what thrusters can do, and where it costs most."""
 
-from alloc.vehicle.geometry import unit
 from bench.record import Capability, MixerCost
 from bench.results.rows import Run
-from bench.results.text import percent, plain, table, three
+from bench.results.text import percent, plain, table, wrench_text
 
 MIXER = """## Your autopilot, and the exact answer
 
@@ -14,11 +13,10 @@ names the reasons, docs/autopilot.md what can be done.
 
 def mixer(run: Run, drawn: frozenset[str]) -> str:
     """A sentence and a table for each vehicle with an autopilot; empty without one."""
-    capabilities = [run.capability(vehicle) for vehicle in run.vehicles]
     parts = [
         part
-        for capability in capabilities
-        if capability is not None and capability.mixer is not None
+        for capability in run.capabilities
+        if capability.mixer is not None
         for part in _vehicle(capability, capability.mixer)
     ]
     return "\n".join([MIXER, *parts]) if parts else ""
@@ -35,12 +33,8 @@ def _vehicle(capability: Capability, cost: MixerCost) -> list[str]:
         table(
             ["asked", f"{cost.method} makes", "missing"],
             [
-                [_words(capability.dof, asked), _words(capability.dof, made), percent(missed)]
+                [wrench_text(capability.dof, asked), wrench_text(capability.dof, made), percent(missed)]
                 for asked, made, missed in zip(cost.demands, cost.wrenches, cost.missed, strict=True)
             ],
         ),
     ]
-
-
-def _words(dof: list[str], wrench: list[float]) -> str:
-    return ", ".join(f"{axis} {three(value)} {unit(axis)}" for axis, value in zip(dof, wrench, strict=True))

@@ -1,11 +1,10 @@
 """Report section on failures that nobody announces: their cost by thruster and by method."""
 
-from alloc.vehicle.geometry import unit
 from bench.record import Capability, FailureCost
 from bench.report.pictures import picture
 from bench.results.failures import by_failure, shown_method, thruster_names
 from bench.results.rows import Run
-from bench.results.text import percent, plain, table, three
+from bench.results.text import merge_lines, percent, plain, table, three, wrench_text
 
 UNANNOUNCED = """## What you lose until you know
 
@@ -20,8 +19,7 @@ when a failure is announced, for then the direction is kept.
 
 def unannounced(run: Run, drawn: frozenset[str]) -> str:
     """A picture, a table by thruster, one by method and the worst demand, vehicle by vehicle."""
-    capabilities = [capability for vehicle in run.vehicles if (capability := run.capability(vehicle))]
-    parts = [part for capability in capabilities for part in _vehicle(capability, drawn)]
+    parts = [part for capability in run.capabilities for part in _vehicle(capability, drawn)]
     return "\n".join([UNANNOUNCED, *parts]) if parts else ""
 
 
@@ -54,14 +52,13 @@ def _by_thruster(capability: Capability, method: str) -> str:
 def _by_method(capability: Capability) -> str:
     """Table by method, each failure on the thruster that it costs most; equal methods share a line."""
     methods = dict.fromkeys(cost.method for cost in capability.failure_costs if not cost.announced)
-    lines: dict[tuple[str, ...], list[str]] = {}
-    failures: list[str] = []
-    for method in methods:
-        costs = by_failure(capability, method)
-        failures = failures or list(costs)
-        lines.setdefault(tuple(_cell(cost, cost.weakest) for cost in costs.values()), []).append(method)
-    headers = ["method, its costliest thruster", *failures]
-    return table(headers, [[", ".join(names), *cells] for cells, names in lines.items()])
+    by_method = {method: by_failure(capability, method) for method in methods}
+    headers = ["method, its costliest thruster", *next(iter(by_method.values()))]
+    lines = (
+        (method, [_cell(cost, cost.weakest) for cost in costs.values()])
+        for method, costs in by_method.items()
+    )
+    return table(headers, merge_lines(lines))
 
 
 def _cell(cost: FailureCost, i: int) -> str:
@@ -77,10 +74,7 @@ def _worst(capability: Capability, method: str) -> str:
         ((share, i, cost) for cost in costs for i, share in enumerate(cost.share_min)),
         key=lambda each: each[0],
     )
-    demand = ", ".join(
-        f"{axis} {three(value)} {unit(axis)}"
-        for axis, value in zip(capability.dof, cost.worst[i], strict=True)
-    )
+    demand = wrench_text(capability.dof, cost.worst[i])
     turned = cost.turned_max_deg[i]
     angle = "" if turned is None else f"; some demand is turned by {three(turned)}°"
     return (
