@@ -71,11 +71,15 @@ struct tb_allocator {
     int at[TB_N_MAX]; /* thrusters that work, block by block, then those that no z moves */
     int begin[TB_N_MAX + 1], astern[TB_N_MAX], d[TB_N_MAX]; /* of each block; of one dimension those that it moves astern */
     tb_real G[TB_N_MAX][TB_K_MAX], N[TB_N_MAX][TB_N_MAX]; /* rows in the order of `at` */
+    tb_real per[TB_N_MAX]; /* 1 / N of a block of one dimension, 1 / |N|^2 of a row of others */
     tb_real pushed[TB_K_MAX][TB_K_MAX], lost[TB_K_MAX][TB_K_MAX], step[TB_K_MAX][TB_K_MAX];
     int end[TB_FACETS_MAX]; /* of a facet's entries: thrusters, TB_N_MAX more where turned round, and the size of each */
     unsigned char of[TB_ENTRIES_MAX];
     tb_real along[TB_ENTRIES_MAX];
+    tb_real normal[TB_FACETS_MAX][TB_K_MAX]; /* how far a wrench goes along each facet; sizes add up to 1 */
+    tb_real weight[TB_FACETS_MAX];           /* what its largest size is divided by for that */
     tb_real margin[TB_FACETS_MAX][2]; /* ahead of a facet and astern, from zero thrust, within the vehicle's limits */
+    tb_real inner;                    /* least of the vehicle's limits: no margin is less */
     int gone; /* directions that a demand must not ask for: rows of `lost`, none of them weak */
 };
 

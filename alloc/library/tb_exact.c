@@ -43,12 +43,12 @@ static int clamped(const struct tb_allocator *a, struct tb_thrusts *t, int begin
 {
     tb_real low = -TB_LARGEST, high = TB_LARGEST, most = 0;
     for (int p = begin; p < astern; p++) {
-        const tb_real x = t->x[p], below = (t->low[p] - x) * a->N[p][1], above = (t->high[p] - x) * a->N[p][1];
+        const tb_real x = t->x[p], per = a->per[p], below = t->low[p] * per - x * per, above = t->high[p] * per - x * per;
         low = below > low ? below : low;
         high = above < high ? above : high;
     }
     for (int p = astern; p < end; p++) {
-        const tb_real x = t->x[p], below = (t->high[p] - x) * a->N[p][1], above = (t->low[p] - x) * a->N[p][1];
+        const tb_real x = t->x[p], per = a->per[p], below = t->high[p] * per - x * per, above = t->low[p] * per - x * per;
         low = below > low ? below : low;
         high = above < high ? above : high;
     }
@@ -224,13 +224,136 @@ static int active_set(const struct tb_allocator *a, struct tb_thrusts *t, int be
     return TB_NOT_CONVERGED;
 }
 
+/* The row whose limit z exceeds most, beyond rounding, on which side and how far; -1 where none is. */
+static int farthest(const struct tb_allocator *a, const struct tb_thrusts *t, int begin, int end, unsigned long held,
+                    const tb_real z[2], tb_real *side, tb_real *excess)
+{
+    const tb_real z0 = z[0], z1 = z[1];
+    tb_real most = 4 * TB_EPS * a->scale;
+    int chosen = -1;
+    for (int p = begin; p < end; p++) {
+        const tb_real x = t->x[p] + a->N[p][0] * z0 + a->N[p][1] * z1, below = t->low[p] - x, above = x - t->high[p];
+        if (below > most && !(held >> p & 1UL)) {
+            most = below;
+            *side = 1;
+            chosen = p;
+        }
+        if (above > most && !(held >> p & 1UL)) {
+            most = above;
+            *side = -1;
+            chosen = p;
+        }
+    }
+    *excess = most;
+    return chosen;
+}
+
+/* A row of N that holds as an equation, turned to the side that it came from, and its multiplier. */
+struct edge {
+    int row;
+    tb_real n0, n1, u;
+};
+
+static struct edge edge_of(int row, tb_real n0, tb_real n1, tb_real u)
+{
+    const struct edge made = {row, n0, n1, u};
+    return made;
+}
+
+/* Two dimensions: the steps of `active_set` in closed form, with no, one or two rows held. */
+static int plane(const struct tb_allocator *a, struct tb_thrusts *t, int begin, int end, tb_real slack)
+{
+    struct edge first = {0, 0, 0, 0}, second = {0, 0, 0, 0};
+    tb_real z[2] = {0, 0};
+    unsigned long held = 0;
+    int q = 0, left = CAP * (end - begin + 2);
+    while (left > 0) {
+        tb_real side = 1, excess, cost = 0;
+        const int chosen = farthest(a, t, begin, end, held, z, &side, &excess);
+        if (chosen < 0) {
+            for (int p = begin; p < end; p++) {
+                t->x[p] += a->N[p][0] * z[0] + a->N[p][1] * z[1];
+            }
+            return TB_SOLVED;
+        }
+        const tb_real n0 = side * a->N[chosen][0], n1 = side * a->N[chosen][1], per = a->per[chosen];
+        for (int done = 0; !done && left > 0; left--) {
+            if (q == 0) {
+                const tb_real step = excess * per;
+                z[0] += step * n0;
+                z[1] += step * n1;
+                first = edge_of(chosen, n0, n1, cost + step);
+                held |= 1UL << chosen;
+                q = done = 1;
+                continue;
+            }
+            const tb_real across = first.n0 * n1 - first.n1 * n0;
+            if (q == 2) { /* n = c first + d second: one of them goes, or no z holds all three */
+                const tb_real det = first.n0 * second.n1 - first.n1 * second.n0;
+                const tb_real c = (n0 * second.n1 - n1 * second.n0) / det, d = across / det;
+                const int has_first = c > TB_EPS, has_second = d > TB_EPS;
+                if (!has_first && !has_second) {
+                    if (excess > slack * (1 + tb_abs(c) + tb_abs(d))) {
+                        return TB_INFEASIBLE;
+                    }
+                    held |= 1UL << chosen;
+                    done = 1;
+                    continue;
+                }
+                const int out = has_first && (!has_second || first.u * d < second.u * c);
+                const tb_real step = out ? first.u / c : second.u / d;
+                held &= ~(1UL << (out ? first.row : second.row));
+                first.u -= step * c;
+                second.u -= step * d;
+                first = out ? second : first;
+                cost += step;
+                q = 1;
+                continue;
+            }
+            const tb_real own = a->per[first.row], c = (first.n0 * n0 + first.n1 * n1) * own;
+            const tb_real height = across * own, square = height * across;
+            const int is_new = square * per > TB_ZERO * TB_ZERO;
+            if (!is_new && !(c > TB_EPS)) {
+                if (excess > slack * (1 + tb_abs(c))) {
+                    return TB_INFEASIBLE;
+                }
+                held |= 1UL << chosen;
+                done = 1;
+                continue;
+            }
+            tb_real step = is_new ? excess / square : TB_LARGEST;
+            const int out = c > TB_EPS && first.u < step * c;
+            step = out ? first.u / c : step;
+            if (is_new) {
+                z[0] -= step * height * first.n1;
+                z[1] += step * height * first.n0;
+                excess -= step * square;
+            }
+            cost += step;
+            first.u -= step * c;
+            if (out) {
+                held &= ~(1UL << first.row);
+                q = 0;
+            } else {
+                second = edge_of(chosen, n0, n1, cost);
+                held |= 1UL << chosen;
+                q = 2;
+                done = 1;
+            }
+        }
+    }
+    return TB_NOT_CONVERGED;
+}
+
 /* Moves thrusts to the least effort that makes the same wrench inside limits. */
 int tb_nearest(const struct tb_allocator *a, struct tb_thrusts *t, tb_real slack)
 {
     int status = TB_SOLVED;
     for (int b = 0; b < a->blocks && status == TB_SOLVED; b++) {
-        status = a->d[b] == 1 ? clamped(a, t, a->begin[b], a->astern[b], a->begin[b + 1], slack)
-                              : active_set(a, t, a->begin[b], a->begin[b + 1], a->d[b], slack);
+        const int begin = a->begin[b], end = a->begin[b + 1], d = a->d[b];
+        status = d == 1   ? clamped(a, t, begin, a->astern[b], end, slack)
+                 : d == 2 ? plane(a, t, begin, end, slack)
+                          : active_set(a, t, begin, end, d, slack);
     }
     for (int p = a->begin[a->blocks]; p < a->m && status == TB_SOLVED; p++) {
         if (t->low[p] - t->x[p] > slack || t->x[p] - t->high[p] > slack) {

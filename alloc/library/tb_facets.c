@@ -164,6 +164,38 @@ static int next(int *rows, int count, int end)
     return 0;
 }
 
+/* Sizes of each facet that add up to 1, its normal, and its margins within the vehicle's limits. */
+static void measure_facets(struct tb_allocator *a)
+{
+    a->inner = TB_LARGEST;
+    for (int p = 0; p < a->m; p++) {
+        const tb_real low = -a->f_min[a->at[p]], high = a->f_max[a->at[p]], least = low < high ? low : high;
+        a->inner = least < a->inner ? least : a->inner;
+    }
+    for (int f = 0, begin = 0; f < a->facets; f++) {
+        const int end = a->end[f];
+        tb_real sum = 0;
+        for (int e = begin; e < end; e++) {
+            sum += tb_abs(a->along[e]);
+        }
+        a->weight[f] = 1 / sum;
+        a->margin[f][0] = a->margin[f][1] = 0;
+        for (int r = 0; r < TB_K_MAX; r++) {
+            a->normal[f][r] = 0;
+        }
+        for (int e = begin; e < end; e++) {
+            const int p = a->of[e] % TB_N_MAX, turned = a->of[e] >= TB_N_MAX, i = a->at[p];
+            const tb_real size = a->along[e] = tb_abs(a->along[e]) * a->weight[f];
+            a->margin[f][turned] += size * a->f_max[i];
+            a->margin[f][!turned] -= size * a->f_min[i];
+            for (int r = 0; r < TB_K_MAX; r++) {
+                a->normal[f][r] += (turned ? -size : size) * a->G[p][r];
+            }
+        }
+        begin = end;
+    }
+}
+
 void tb_find_facets(struct tb_allocator *a, tb_real doubt)
 {
     int rows[TB_N_MAX] = {0}, entries = 0, good = 1;
@@ -189,16 +221,6 @@ void tb_find_facets(struct tb_allocator *a, tb_real doubt)
         rows[0] = p;
         good = add(a, &entries, a->facets, 1, rows, y, doubt);
     }
-    for (int f = 0, e = 0; f < a->facets; f++) {
-        tb_real ahead = 0, astern = 0;
-        for (const int end = a->end[f]; e < end; e++) {
-            const int i = a->at[a->of[e] % TB_N_MAX], turned = a->of[e] >= TB_N_MAX;
-            a->along[e] = tb_abs(a->along[e]);
-            ahead += a->along[e] * (turned ? -a->f_min[i] : a->f_max[i]);
-            astern += a->along[e] * (turned ? a->f_max[i] : -a->f_min[i]);
-        }
-        a->margin[f][0] = ahead;
-        a->margin[f][1] = astern;
-    }
+    measure_facets(a);
     a->facets = good ? a->facets : -1;
 }

@@ -94,59 +94,55 @@ static tb_real start(tb_real low, tb_real high)
     return least < high - inset ? least : high - inset;
 }
 
-/* The step of each thruster and what is left of its limits ahead and astern; then the same seen the other way round. */
-struct going {
-    tb_real x, ahead, astern;
-};
-
-/* The largest share of the step that stays inside, as alloc.reach.edge.share. Where the way has not `begun` limits are the
- * vehicle's own, from zero thrust. */
-static tb_real share_of(const struct tb_allocator *a, const struct going to[2 * TB_N_MAX], int begun,
-                        tb_real tiny, tb_real keep)
+/* The largest share of the step that stays inside, as alloc.reach.edge.share. `room` is what each thruster has left
+ * ahead, then astern, then ahead again. Where the way has not `begun` limits are the vehicle's own, from zero thrust. Sizes
+ * of a facet add up to 1, so that no margin is less than the least room, `inner`: most facets are seen to be too far. */
+static tb_real share_of(const struct tb_allocator *a, const tb_real step[TB_K_MAX], const tb_real room[3 * TB_N_MAX],
+                        tb_real inner, int begun, tb_real tiny, tb_real keep)
 {
-    tb_real beta = 1 / keep;
-    for (int f = 0, e = 0; f < a->facets; f++) {
-        const int end = a->end[f];
-        tb_real along = 0, ahead = 0, astern = 0;
-        if (begun) {
-            for (; e < end; e++) { /* both sides: to find out which one counts would cost another loop */
-                const struct going *each = &to[a->of[e]];
-                const tb_real part = a->along[e];
-                along += part * each->x;
-                ahead += part * each->ahead;
-                astern += part * each->astern;
-            }
-        } else {
-            for (; e < end; e++) {
-                along += a->along[e] * to[a->of[e]].x;
-            }
-            ahead = a->margin[f][0];
-            astern = a->margin[f][1];
+    const tb_real s0 = step[0], s1 = tb_entry(step, a->k, 1), s2 = tb_entry(step, a->k, 2);
+    const tb_real s3 = tb_entry(step, a->k, 3), s4 = tb_entry(step, a->k, 4), s5 = tb_entry(step, a->k, 5);
+    tb_real beta = 1 / keep, near = keep * inner;
+    for (int f = 0; f < a->facets; f++) {
+        const tb_real along = tb_row(a->normal[f], s0, s1, s2, s3, s4, s5), size = tb_abs(along);
+        if (size <= near) {
+            continue;
         }
-        const tb_real slack = along > 0 ? ahead : astern, size = tb_abs(along), left = slack > 0 ? slack : TB_R(0);
-        if (size > keep * left + tiny && left < beta * size) {
+        tb_real slack = a->margin[f][along > 0 ? 0 : 1];
+        if (begun) {
+            const tb_real *side = along > 0 ? room : room + TB_N_MAX;
+            slack = 0;
+            for (int e = f > 0 ? a->end[f - 1] : 0; e < a->end[f]; e++) {
+                slack += a->along[e] * side[a->of[e]];
+            }
+        }
+        const tb_real left = slack > 0 ? slack : TB_R(0);
+        if (left < beta * size && size > keep * left + tiny * a->weight[f]) {
             beta = left / size;
+            near = beta > 0 ? inner / beta : TB_LARGEST;
         }
     }
     const tb_real taken = keep * beta;
     return taken < 1 - TB_EDGE ? taken : TB_R(1);
 }
 
-/* Goes level by level: thrusts `way` in all, of which share[l] of each level's, within what f0 leaves. */
+/* Goes level by level: thrusts `way` in all, of which share[l] of each level's, within what f0 (NULL: nothing) leaves. */
 static void go(const struct tb_allocator *a, const int *level, int levels, tb_real *missing, const tb_real *f0,
                const struct tb_thrusts *t, int begun, tb_real *way, tb_real *share)
 {
-    struct going to[2 * TB_N_MAX];
-    tb_real step[TB_K_MAX], least = a->scale;
+    const int known = levels == 1 && f0 == NULL; /* t->x is the step */
+    tb_real step[TB_K_MAX], room[3 * TB_N_MAX], x[TB_N_MAX], least = a->scale;
     for (int p = 0; p < a->m; p++) {
-        to[p].ahead = to[p + TB_N_MAX].astern = t->high[p] - f0[p];
-        to[p].astern = to[p + TB_N_MAX].ahead = f0[p] - t->low[p];
+        const tb_real from = f0 == NULL ? TB_R(0) : f0[p];
+        room[p] = room[p + 2 * TB_N_MAX] = t->high[p] - from;
+        room[p + TB_N_MAX] = from - t->low[p];
         way[p] = 0;
-        least = tb_abs(f0[p]) > least ? tb_abs(f0[p]) : least;
+        x[p] = t->x[p];
+        least = tb_abs(from) > least ? tb_abs(from) : least;
     }
     for (int l = 0; l < levels; l++) {
         const tb_real keep = l + 1 < levels ? KEEP : TB_R(1);
-        tb_real size = 0;
+        tb_real size = 0, inner = TB_LARGEST;
         int fits = 1; /* without help of the null space */
         for (int r = 0; r < a->k; r++) {
             step[r] = levels == 1 || level[r] == l ? missing[r] : TB_R(0);
@@ -155,25 +151,31 @@ static void go(const struct tb_allocator *a, const int *level, int levels, tb_re
             }
             size = tb_abs(step[r]) * a->unit[r] > size ? tb_abs(step[r]) * a->unit[r] : size;
         }
+        share[l] = 1;
+        if (!(size > 0)) {
+            continue;
+        }
         const tb_real s0 = step[0], s1 = tb_entry(step, a->k, 1), s2 = tb_entry(step, a->k, 2);
         const tb_real s3 = tb_entry(step, a->k, 3), s4 = tb_entry(step, a->k, 4), s5 = tb_entry(step, a->k, 5);
         for (int p = 0; p < a->m; p++) {
-            const tb_real x = tb_row(a->G[p], s0, s1, s2, s3, s4, s5);
-            to[p].x = x;
-            to[p + TB_N_MAX].x = -x;
-            fits &= x <= keep * to[p].ahead && -x <= keep * to[p].astern;
+            const tb_real ahead = room[p], astern = room[p + TB_N_MAX];
+            x[p] = known ? x[p] : tb_row(a->G[p], s0, s1, s2, s3, s4, s5);
+            fits &= x[p] <= keep * ahead && -x[p] <= keep * astern;
+            inner = ahead < inner ? ahead : inner;
+            inner = astern < inner ? astern : inner;
         }
-        share[l] = 1;
         if (!fits && size > TB_PARALLEL * least) {
-            share[l] = share_of(a, to, begun || l > 0, TB_PARALLEL * (size > least ? size : least), keep);
+            const int moved = begun || l > 0;
+            const tb_real tiny = TB_PARALLEL * (size > least ? size : least);
+            share[l] = share_of(a, step, room, moved ? inner : a->inner, moved, tiny, keep);
         }
         for (int p = 0; p < a->m; p++) {
-            way[p] += share[l] * to[p].x;
+            way[p] += share[l] * x[p];
         }
         for (int p = 0; p < a->m && l + 1 < levels; p++) {
-            const tb_real moved = share[l] * to[p].x;
-            to[p].ahead = to[p + TB_N_MAX].astern = to[p].ahead - moved;
-            to[p].astern = to[p + TB_N_MAX].ahead = to[p].astern + moved;
+            const tb_real by = share[l] * x[p];
+            room[p] = room[p + 2 * TB_N_MAX] = room[p] - by;
+            room[p + TB_N_MAX] += by;
         }
         for (int r = 0; r < a->k && l + 1 < levels; r++) {
             missing[r] -= share[l] * step[r];
@@ -186,7 +188,7 @@ static void along(const struct tb_allocator *a, const tb_real *base, tb_real par
                   struct tb_thrusts *t)
 {
     for (int p = 0; p < a->m; p++) {
-        t->x[p] = base[p] + part * way[p];
+        t->x[p] = base == NULL ? part * way[p] : base[p] + part * way[p];
     }
 }
 
@@ -196,7 +198,7 @@ static int towards(const struct tb_allocator *a, const int *level, int levels, c
 {
     const tb_real back[] = {1, TB_R(1 - 1e-6), TB_R(1 - 1e-3), TB_R(0.9), TB_R(0.5)};
     struct tb_thrusts t;
-    tb_real missing[TB_K_MAX], part[TB_K_MAX], f0[TB_N_MAX] = {0}, way[TB_N_MAX], base[TB_N_MAX] = {0};
+    tb_real missing[TB_K_MAX], part[TB_K_MAX], f0[TB_N_MAX], way[TB_N_MAX], base[TB_N_MAX];
     int inside = 1, rests = 1, whole = 1, found = 0, crossing = 0;
     const int status = tb_enter(a, tau, f_min, f_max, &t);
     if (status == TB_SOLVED && a->facets < 0) {
@@ -210,37 +212,37 @@ static int towards(const struct tb_allocator *a, const int *level, int levels, c
         inside &= t.x[p] >= low && t.x[p] <= high;
         rests &= low <= 0 && high >= 0;
     }
+    if (inside && levels == 1 && a->rank == a->k) { /* T* tau, the best of all that make tau */
+        share[0] = 1;
+        tb_move_inside(a, &t);
+        tb_leave(a, &t, f);
+        return tb_meets(a, tau, &t, 0) ? TB_SOLVED : TB_PARTIAL;
+    }
     for (int p = 0; p < a->m && !rests; p++) {
+        base[p] = 0;
         f0[p] = t.low[p] <= 0 && t.high[p] >= 0 ? TB_R(0) : start(t.low[p], t.high[p]);
         crossing |= !(t.low[p] <= t.high[p]);
     }
     if (crossing) {
         return TB_INFEASIBLE;
     }
-    if (inside && levels == 1 && a->rank == a->k) { /* T* tau, the best of all that make tau */
-        for (int p = 0; p < a->m; p++) {
-            way[p] = t.x[p];
+    for (int r = 0; r < a->k; r++) {
+        tb_real begun = 0;
+        for (int p = 0; p < a->m && !rests; p++) {
+            begun += a->A[r][a->at[p]] * f0[p];
         }
-        part[0] = 1;
-    } else {
-        for (int r = 0; r < a->k; r++) {
-            tb_real begun = 0;
-            for (int p = 0; p < a->m && !rests; p++) {
-                begun += a->A[r][a->at[p]] * f0[p];
-            }
-            missing[r] = tau[r] - begun / a->unit[r];
-            for (int p = 0; p < a->m && !rests; p++) {
-                base[p] += a->G[p][r] * (begun / a->unit[r]);
-            }
+        missing[r] = tau[r] - begun / a->unit[r];
+        for (int p = 0; p < a->m && !rests; p++) {
+            base[p] += a->G[p][r] * (begun / a->unit[r]);
         }
-        go(a, level, levels, missing, f0, &t, !rests || f_min != NULL || f_max != NULL, way, part);
     }
+    go(a, level, levels, missing, rests ? NULL : f0, &t, !rests || f_min != NULL || f_max != NULL, way, part);
     /* Where rounding leaves no thrusts for the end of the way, they are those of a part of it. */
     for (int i = 0; i < 5 && !found && (i == 0 || levels == 1 || a->rank == a->k); i++) {
-        along(a, base, back[i], way, &t);
+        along(a, rests ? NULL : base, back[i], way, &t);
         found = tb_nearest(a, &t, TB_LARGEST) == TB_SOLVED;
         if (found && !(tb_move_inside(a, &t) <= TB_HELD * a->scale)) {
-            along(a, base, back[i], way, &t);
+            along(a, rests ? NULL : base, back[i], way, &t);
             found = tb_again(a, NULL, &t, TB_HELD);
         }
         if (found) {
@@ -251,7 +253,7 @@ static int towards(const struct tb_allocator *a, const int *level, int levels, c
         }
     }
     for (int p = 0; p < a->m && !found; p++) {
-        t.x[p] = f0[p];
+        t.x[p] = rests ? TB_R(0) : f0[p];
     }
     for (int l = 0; l < levels && !found; l++) {
         share[l] = 0;

@@ -114,7 +114,7 @@ static int blocks(struct tb_allocator *a, int d, tb_real B[TB_N_MAX][TB_N_MAX])
                 for (int j = 0; j < size; j++) {
                     a->N[filled][j] = (B[p][column[j]] - tb_product(a->N[filled], L[j], j)) / L[j][j];
                 }
-                a->N[filled][1] = size == 1 ? 1 / a->N[filled][0] : a->N[filled][1];
+                a->per[filled] = 1 / (size == 1 ? a->N[filled][0] : tb_product(a->N[filled], a->N[filled], size));
                 at[filled++] = a->at[p];
             }
         }

@@ -167,7 +167,7 @@ def _volatile(text: str) -> str:
 def _begun(found: re.Match[str]) -> str:
     """A declaration of locals in which all have a value; of numbers none counts."""
     text = re.sub(r"struct (\w+) (\w+);", r"struct \1 \2 = any_\1;", found[0])
-    return re.sub(r"((?:tb_real|going|,) [a-zA-Z]\w*(?:\[[^]]*\])*)(?=[,;])", r"\1 = {0}", text)
+    return re.sub(r"((?:tb_real|,) [a-zA-Z]\w*(?:\[[^]]*\])*)(?=[,;])", r"\1 = {0}", text)
 
 
 def _every(statement: str, names: Iterable[str]) -> str:
