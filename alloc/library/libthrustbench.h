@@ -59,6 +59,13 @@ enum {
 #define TB_ENTRIES_MAX (TB_N_MAX * TB_CHOOSE(TB_N_MAX - 1, TB_LESS(TB_K_MAX - 1, (TB_N_MAX - 1) / 2)))
 #endif
 
+/* A facet, as a call reads it: how far a wrench goes along it, in units in which its entries' sizes add up to 1; limits
+ * ahead and astern, from zero thrust; 1 over that sum where the largest size is 1; and where its entries end. */
+struct tb_facet {
+    tb_real normal[TB_K_MAX], margin[2], weight;
+    int end;
+};
+
 /* A vehicle as the calls need it. Made by tb_prepare; nothing in it is for its user. */
 struct tb_allocator {
     int k, n, m, rank, blocks, facets; /* m thrusters work; facets is negative where they are too many */
@@ -73,13 +80,10 @@ struct tb_allocator {
     tb_real G[TB_N_MAX][TB_K_MAX], N[TB_N_MAX][TB_N_MAX]; /* rows in the order of `at` */
     tb_real per[TB_N_MAX]; /* 1 / N of a block of one dimension, 1 / |N|^2 of a row of others */
     tb_real pushed[TB_K_MAX][TB_K_MAX], lost[TB_K_MAX][TB_K_MAX], step[TB_K_MAX][TB_K_MAX];
-    int end[TB_FACETS_MAX]; /* of a facet's entries: thrusters, TB_N_MAX more where turned round, and the size of each */
+    struct tb_facet facet[TB_FACETS_MAX]; /* entries: thrusters, TB_N_MAX more where turned round, and the size of each */
     unsigned char of[TB_ENTRIES_MAX];
     tb_real along[TB_ENTRIES_MAX];
-    tb_real normal[TB_FACETS_MAX][TB_K_MAX]; /* how far a wrench goes along each facet; sizes add up to 1 */
-    tb_real weight[TB_FACETS_MAX];           /* what its largest size is divided by for that */
-    tb_real margin[TB_FACETS_MAX][2]; /* ahead of a facet and astern, from zero thrust, within the vehicle's limits */
-    tb_real inner;                    /* least of the vehicle's limits: no margin is less */
+    tb_real inner; /* least of the vehicle's limits: no margin is less */
     int gone; /* directions that a demand must not ask for: rows of `lost`, none of them weak */
 };
 

@@ -119,8 +119,8 @@ static int add(struct tb_allocator *a, int *entries, int first, int count, const
     }
     /* Each choice of rows comes once, so that only where y is zero for one another choice may have led here. */
     for (int f = first; f < a->facets && size < count; f++) {
-        const int end = a->end[f];
-        int at = f ? a->end[f - 1] : 0, same = end - at >= size;
+        const int end = a->facet[f].end;
+        int at = f ? a->facet[f - 1].end : 0, same = end - at >= size;
         for (int i = 0; i < count && same; i++) {
             same = y[i] == 0 || (at < end && a->along[at] > 0 && a->of[at++] % TB_N_MAX == rows[i]);
         }
@@ -140,7 +140,7 @@ static int add(struct tb_allocator *a, int *entries, int first, int count, const
 #else
     (void)doubt; /* what N and y leave out in single precision is rounding */
 #endif
-    a->end[a->facets++] = *entries;
+    a->facet[a->facets++].end = *entries;
     return good;
 }
 
@@ -173,23 +173,23 @@ static void measure_facets(struct tb_allocator *a)
         a->inner = least < a->inner ? least : a->inner;
     }
     for (int f = 0, begin = 0; f < a->facets; f++) {
-        const int end = a->end[f];
+        const int end = a->facet[f].end;
         tb_real sum = 0;
         for (int e = begin; e < end; e++) {
             sum += tb_abs(a->along[e]);
         }
-        a->weight[f] = 1 / sum;
-        a->margin[f][0] = a->margin[f][1] = 0;
+        a->facet[f].weight = 1 / sum;
+        a->facet[f].margin[0] = a->facet[f].margin[1] = 0;
         for (int r = 0; r < TB_K_MAX; r++) {
-            a->normal[f][r] = 0;
+            a->facet[f].normal[r] = 0;
         }
         for (int e = begin; e < end; e++) {
             const int p = a->of[e] % TB_N_MAX, turned = a->of[e] >= TB_N_MAX, i = a->at[p];
-            const tb_real size = a->along[e] = tb_abs(a->along[e]) * a->weight[f];
-            a->margin[f][turned] += size * a->f_max[i];
-            a->margin[f][!turned] -= size * a->f_min[i];
+            const tb_real size = a->along[e] = tb_abs(a->along[e]) * a->facet[f].weight;
+            a->facet[f].margin[turned] += size * a->f_max[i];
+            a->facet[f].margin[!turned] -= size * a->f_min[i];
             for (int r = 0; r < TB_K_MAX; r++) {
-                a->normal[f][r] += (turned ? -size : size) * a->G[p][r];
+                a->facet[f].normal[r] += (turned ? -size : size) * a->G[p][r];
             }
         }
         begin = end;

@@ -104,20 +104,21 @@ static tb_real share_of(const struct tb_allocator *a, const tb_real step[TB_K_MA
     const tb_real s3 = tb_entry(step, a->k, 3), s4 = tb_entry(step, a->k, 4), s5 = tb_entry(step, a->k, 5);
     tb_real beta = 1 / keep, near = keep * inner;
     for (int f = 0; f < a->facets; f++) {
-        const tb_real along = tb_row(a->normal[f], s0, s1, s2, s3, s4, s5), size = tb_abs(along);
+        const struct tb_facet *one = &a->facet[f];
+        const tb_real along = tb_row(one->normal, s0, s1, s2, s3, s4, s5), size = tb_abs(along);
         if (size <= near) {
             continue;
         }
-        tb_real slack = a->margin[f][along > 0 ? 0 : 1];
+        tb_real slack = one->margin[along > 0 ? 0 : 1];
         if (begun) {
             const tb_real *side = along > 0 ? room : room + TB_N_MAX;
             slack = 0;
-            for (int e = f > 0 ? a->end[f - 1] : 0; e < a->end[f]; e++) {
+            for (int e = f > 0 ? a->facet[f - 1].end : 0; e < one->end; e++) {
                 slack += a->along[e] * side[a->of[e]];
             }
         }
         const tb_real left = slack > 0 ? slack : TB_R(0);
-        if (left < beta * size && size > keep * left + tiny * a->weight[f]) {
+        if (left < beta * size && size > keep * left + tiny * one->weight) {
             beta = left / size;
             near = beta > 0 ? inner / beta : TB_LARGEST;
         }
@@ -131,18 +132,18 @@ static void go(const struct tb_allocator *a, const int *level, int levels, tb_re
                const struct tb_thrusts *t, int begun, tb_real *way, tb_real *share)
 {
     const int known = levels == 1 && f0 == NULL; /* t->x is the step */
-    tb_real step[TB_K_MAX], room[3 * TB_N_MAX], x[TB_N_MAX], least = a->scale;
+    tb_real step[TB_K_MAX], x[TB_N_MAX], low[TB_N_MAX], high[TB_N_MAX], room[3 * TB_N_MAX], least = a->scale;
     for (int p = 0; p < a->m; p++) {
         const tb_real from = f0 == NULL ? TB_R(0) : f0[p];
-        room[p] = room[p + 2 * TB_N_MAX] = t->high[p] - from;
-        room[p + TB_N_MAX] = from - t->low[p];
+        low[p] = t->low[p] - from;
+        high[p] = t->high[p] - from;
         way[p] = 0;
         x[p] = t->x[p];
         least = tb_abs(from) > least ? tb_abs(from) : least;
     }
     for (int l = 0; l < levels; l++) {
         const tb_real keep = l + 1 < levels ? KEEP : TB_R(1);
-        tb_real size = 0, inner = TB_LARGEST;
+        tb_real size = 0;
         int fits = 1; /* without help of the null space */
         for (int r = 0; r < a->k; r++) {
             step[r] = levels == 1 || level[r] == l ? missing[r] : TB_R(0);
@@ -155,29 +156,32 @@ static void go(const struct tb_allocator *a, const int *level, int levels, tb_re
         if (!(size > 0)) {
             continue;
         }
-        const tb_real s0 = step[0], s1 = tb_entry(step, a->k, 1), s2 = tb_entry(step, a->k, 2);
-        const tb_real s3 = tb_entry(step, a->k, 3), s4 = tb_entry(step, a->k, 4), s5 = tb_entry(step, a->k, 5);
-        for (int p = 0; p < a->m; p++) {
-            const tb_real ahead = room[p], astern = room[p + TB_N_MAX];
-            x[p] = known ? x[p] : tb_row(a->G[p], s0, s1, s2, s3, s4, s5);
-            fits &= x[p] <= keep * ahead && -x[p] <= keep * astern;
-            inner = ahead < inner ? ahead : inner;
-            inner = astern < inner ? astern : inner;
+        if (!known) {
+            const tb_real s0 = step[0], s1 = tb_entry(step, a->k, 1), s2 = tb_entry(step, a->k, 2);
+            const tb_real s3 = tb_entry(step, a->k, 3), s4 = tb_entry(step, a->k, 4), s5 = tb_entry(step, a->k, 5);
+            for (int p = 0; p < a->m; p++) {
+                x[p] = tb_row(a->G[p], s0, s1, s2, s3, s4, s5);
+            }
+        }
+        for (int p = 0; p < a->m && fits; p++) {
+            fits = x[p] <= keep * (high[p] - way[p]) && x[p] >= keep * (low[p] - way[p]);
         }
         if (!fits && size > TB_PARALLEL * least) {
             const int moved = begun || l > 0;
             const tb_real tiny = TB_PARALLEL * (size > least ? size : least);
-            share[l] = share_of(a, step, room, moved ? inner : a->inner, moved, tiny, keep);
+            tb_real inner = moved ? TB_LARGEST : a->inner;
+            for (int p = 0; p < a->m && moved; p++) {
+                const tb_real ahead = high[p] - way[p], astern = way[p] - low[p], less = ahead < astern ? ahead : astern;
+                room[p] = room[p + 2 * TB_N_MAX] = ahead;
+                room[p + TB_N_MAX] = astern;
+                inner = less < inner ? less : inner;
+            }
+            share[l] = share_of(a, step, room, inner, moved, tiny, keep);
         }
         for (int p = 0; p < a->m; p++) {
             way[p] += share[l] * x[p];
         }
-        for (int p = 0; p < a->m && l + 1 < levels; p++) {
-            const tb_real by = share[l] * x[p];
-            room[p] = room[p + 2 * TB_N_MAX] = room[p] - by;
-            room[p + TB_N_MAX] += by;
-        }
-        for (int r = 0; r < a->k && l + 1 < levels; r++) {
+        for (int r = 0; r < a->k && l + 1 < levels && a->rank < a->k; r++) { /* else it is some other level's alone */
             missing[r] -= share[l] * step[r];
         }
     }

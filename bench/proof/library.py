@@ -36,9 +36,10 @@ INDICES = {
     "blocks": (0, "TB_N_MAX"), "facets": (-1, "TB_FACETS_MAX"), "levels": (0, "TB_K_MAX"),
 }  # fmt: skip
 TABLES = {
-    "level": ("TB_K_MAX", "TB_K_MAX - 1"), "at": ("TB_N_MAX", "TB_N_MAX - 1"), "d": ("TB_N_MAX", "TB_N_MAX"),
-    "begin": ("TB_N_MAX + 1", "TB_N_MAX"), "astern": ("TB_N_MAX", "TB_N_MAX"),
-    "end": ("TB_FACETS_MAX", "TB_ENTRIES_MAX"), "of": ("TB_ENTRIES_MAX", "2 * TB_N_MAX - 1"),
+    "level[i]": ("TB_K_MAX", "TB_K_MAX - 1"), "at[i]": ("TB_N_MAX", "TB_N_MAX - 1"),
+    "d[i]": ("TB_N_MAX", "TB_N_MAX"), "begin[i]": ("TB_N_MAX + 1", "TB_N_MAX"),
+    "astern[i]": ("TB_N_MAX", "TB_N_MAX"), "facet[i].end": ("TB_FACETS_MAX", "TB_ENTRIES_MAX"),
+    "of[i]": ("TB_ENTRIES_MAX", "2 * TB_N_MAX - 1"),
 }  # fmt: skip
 """Indices of an allocator, with the least and the most; tables of indices from 0, with length and most."""
 
@@ -179,7 +180,7 @@ def _every(statement: str, names: Iterable[str]) -> str:
             lines.append("    " + statement.format(f"a.{name}", low, high))
         else:
             size, high = TABLES[name]
-            one = statement.format(f"a.{name}[i]", 0, high)
+            one = statement.format(f"a.{name}", 0, high)
             lines.append(
                 f"    /*@ loop unroll {size}; */\n    for (int i = 0; i < {size}; i++) {{\n"
                 f"        {one}\n    }}"
@@ -233,7 +234,7 @@ void tb_find_facets(struct tb_allocator *made, tb_real doubt)
 {{
     (void)made;
     (void)doubt;
-{HELD}{_every("{0} = between({1}, {2});", ("facets", "end", "of"))}}}
+{HELD}{_every("{0} = between({1}, {2});", ("facets", "facet[i].end", "of[i]"))}}}
 """
     given = ", ".join(f"any ? {name} : NULL" for name in ("T", "H", "readiness", "f_min", "f_max"))
     return _main(
