@@ -127,35 +127,52 @@ static tb_real share_of(const struct tb_allocator *a, const tb_real step[TB_K_MA
     return taken < 1 - TB_EDGE ? taken : TB_R(1);
 }
 
+/* The share of a step that some thruster's limits, `low` and `high` from where it is, may stop: 1 of one that is rounding. */
+static tb_real reached(const struct tb_allocator *a, const tb_real step[TB_K_MAX], const tb_real low[TB_N_MAX],
+                       const tb_real high[TB_N_MAX], int begun, tb_real least, tb_real keep)
+{
+    tb_real room[3 * TB_N_MAX], size = 0, inner = begun ? TB_LARGEST : a->inner;
+    for (int r = 0; r < a->k; r++) {
+        size = tb_abs(step[r]) * a->unit[r] > size ? tb_abs(step[r]) * a->unit[r] : size;
+    }
+    if (!(size > TB_PARALLEL * least)) {
+        return 1;
+    }
+    for (int p = 0; p < a->m && begun; p++) {
+        const tb_real ahead = high[p], astern = -low[p], less = ahead < astern ? ahead : astern;
+        room[p] = room[p + 2 * TB_N_MAX] = ahead;
+        room[p + TB_N_MAX] = astern;
+        inner = less < inner ? less : inner;
+    }
+    return share_of(a, step, room, inner, begun, TB_PARALLEL * (size > least ? size : least), keep);
+}
+
 /* Goes level by level: thrusts `way` in all, of which share[l] of each level's, within what f0 (NULL: nothing) leaves. */
 static void go(const struct tb_allocator *a, const int *level, int levels, tb_real *missing, const tb_real *f0,
                const struct tb_thrusts *t, int begun, tb_real *way, tb_real *share)
 {
     const int known = levels == 1 && f0 == NULL; /* t->x is the step */
-    tb_real step[TB_K_MAX], x[TB_N_MAX], low[TB_N_MAX], high[TB_N_MAX], room[3 * TB_N_MAX], least = a->scale;
+    tb_real step[TB_K_MAX], x[TB_N_MAX], low[TB_N_MAX], high[TB_N_MAX], least = a->scale;
     for (int p = 0; p < a->m; p++) {
         const tb_real from = f0 == NULL ? TB_R(0) : f0[p];
         low[p] = t->low[p] - from;
         high[p] = t->high[p] - from;
-        way[p] = 0;
         x[p] = t->x[p];
         least = tb_abs(from) > least ? tb_abs(from) : least;
     }
     for (int l = 0; l < levels; l++) {
         const tb_real keep = l + 1 < levels ? KEEP : TB_R(1);
-        tb_real size = 0;
         int fits = 1; /* without help of the null space */
         for (int r = 0; r < a->k; r++) {
             step[r] = levels == 1 || level[r] == l ? missing[r] : TB_R(0);
-            for (int s = 0; s < a->k && levels > 1 && a->rank < a->k; s++) {
-                step[r] = (s ? step[r] : TB_R(0)) + (level[s] == l ? a->step[r][s] * missing[s] : TB_R(0));
+        }
+        for (int r = 0; r < a->k && levels > 1 && a->rank < a->k; r++) {
+            step[r] = 0;
+            for (int s = 0; s < a->k; s++) {
+                step[r] += level[s] == l ? a->step[r][s] * missing[s] : TB_R(0);
             }
-            size = tb_abs(step[r]) * a->unit[r] > size ? tb_abs(step[r]) * a->unit[r] : size;
         }
         share[l] = 1;
-        if (!(size > 0)) {
-            continue;
-        }
         if (!known) {
             const tb_real s0 = step[0], s1 = tb_entry(step, a->k, 1), s2 = tb_entry(step, a->k, 2);
             const tb_real s3 = tb_entry(step, a->k, 3), s4 = tb_entry(step, a->k, 4), s5 = tb_entry(step, a->k, 5);
@@ -164,22 +181,16 @@ static void go(const struct tb_allocator *a, const int *level, int levels, tb_re
             }
         }
         for (int p = 0; p < a->m && fits; p++) {
-            fits = x[p] <= keep * (high[p] - way[p]) && x[p] >= keep * (low[p] - way[p]);
+            fits = x[p] <= keep * high[p] && x[p] >= keep * low[p];
         }
-        if (!fits && size > TB_PARALLEL * least) {
-            const int moved = begun || l > 0;
-            const tb_real tiny = TB_PARALLEL * (size > least ? size : least);
-            tb_real inner = moved ? TB_LARGEST : a->inner;
-            for (int p = 0; p < a->m && moved; p++) {
-                const tb_real ahead = high[p] - way[p], astern = way[p] - low[p], less = ahead < astern ? ahead : astern;
-                room[p] = room[p + 2 * TB_N_MAX] = ahead;
-                room[p + TB_N_MAX] = astern;
-                inner = less < inner ? less : inner;
-            }
-            share[l] = share_of(a, step, room, inner, moved, tiny, keep);
+        if (!fits) {
+            share[l] = reached(a, step, low, high, begun || l > 0, least, keep);
         }
         for (int p = 0; p < a->m; p++) {
-            way[p] += share[l] * x[p];
+            const tb_real by = share[l] * x[p];
+            way[p] = l ? way[p] + by : by;
+            low[p] -= by;
+            high[p] -= by;
         }
         for (int r = 0; r < a->k && l + 1 < levels && a->rank < a->k; r++) { /* else it is some other level's alone */
             missing[r] -= share[l] * step[r];
@@ -200,7 +211,7 @@ static void along(const struct tb_allocator *a, const tb_real *base, tb_real par
 static int towards(const struct tb_allocator *a, const int *level, int levels, const tb_real *tau,
                    const tb_real *f_min, const tb_real *f_max, tb_real *f, tb_real *share)
 {
-    const tb_real back[] = {1, TB_R(1 - 1e-6), TB_R(1 - 1e-3), TB_R(0.9), TB_R(0.5)};
+    static const tb_real back[] = {1, TB_R(1 - 1e-6), TB_R(1 - 1e-3), TB_R(0.9), TB_R(0.5)};
     struct tb_thrusts t;
     tb_real missing[TB_K_MAX], part[TB_K_MAX], f0[TB_N_MAX], way[TB_N_MAX], base[TB_N_MAX];
     int inside = 1, rests = 1, whole = 1, found = 0, crossing = 0;
@@ -231,12 +242,15 @@ static int towards(const struct tb_allocator *a, const int *level, int levels, c
         return TB_INFEASIBLE;
     }
     for (int r = 0; r < a->k; r++) {
+        missing[r] = tau[r];
+    }
+    for (int r = 0; r < a->k && !rests; r++) {
         tb_real begun = 0;
-        for (int p = 0; p < a->m && !rests; p++) {
+        for (int p = 0; p < a->m; p++) {
             begun += a->A[r][a->at[p]] * f0[p];
         }
-        missing[r] = tau[r] - begun / a->unit[r];
-        for (int p = 0; p < a->m && !rests; p++) {
+        missing[r] -= begun / a->unit[r];
+        for (int p = 0; p < a->m; p++) {
             base[p] += a->G[p][r] * (begun / a->unit[r]);
         }
     }
