@@ -102,7 +102,8 @@ static tb_real share_of(const struct tb_allocator *a, const tb_real step[TB_K_MA
 {
     const tb_real s0 = step[0], s1 = tb_entry(step, a->k, 1), s2 = tb_entry(step, a->k, 2);
     const tb_real s3 = tb_entry(step, a->k, 3), s4 = tb_entry(step, a->k, 4), s5 = tb_entry(step, a->k, 5);
-    tb_real beta = 1 / keep, near = keep * inner;
+    const tb_real nothing = tiny / TB_N_MAX; /* no weight is less than 1 / TB_N_MAX */
+    tb_real beta = 1 / keep, near = keep * inner > nothing ? keep * inner : nothing;
     for (int f = 0; f < a->facets; f++) {
         const struct tb_facet *one = &a->facet[f];
         const tb_real along = tb_row(one->normal, s0, s1, s2, s3, s4, s5), size = tb_abs(along);
@@ -112,8 +113,9 @@ static tb_real share_of(const struct tb_allocator *a, const tb_real step[TB_K_MA
         tb_real slack = one->margin[along > 0 ? 0 : 1];
         if (begun) {
             const tb_real *side = along > 0 ? room : room + TB_N_MAX;
+            const int end = one->end;
             slack = 0;
-            for (int e = f > 0 ? a->facet[f - 1].end : 0; e < one->end; e++) {
+            for (int e = f > 0 ? a->facet[f - 1].end : 0; e < end; e++) {
                 slack += a->along[e] * side[a->of[e]];
             }
         }
@@ -121,6 +123,7 @@ static tb_real share_of(const struct tb_allocator *a, const tb_real step[TB_K_MA
         if (left < beta * size && size > keep * left + tiny * one->weight) {
             beta = left / size;
             near = beta > 0 ? inner / beta : TB_LARGEST;
+            near = near > nothing ? near : nothing;
         }
     }
     const tb_real taken = keep * beta;
@@ -152,12 +155,12 @@ static void go(const struct tb_allocator *a, const int *level, int levels, tb_re
                const struct tb_thrusts *t, int begun, tb_real *way, tb_real *share)
 {
     const int known = levels == 1 && f0 == NULL; /* t->x is the step */
-    tb_real step[TB_K_MAX], x[TB_N_MAX], low[TB_N_MAX], high[TB_N_MAX], least = a->scale;
+    const tb_real *x = t->x;
+    tb_real step[TB_K_MAX], own[TB_N_MAX], low[TB_N_MAX], high[TB_N_MAX], least = a->scale;
     for (int p = 0; p < a->m; p++) {
         const tb_real from = f0 == NULL ? TB_R(0) : f0[p];
         low[p] = t->low[p] - from;
         high[p] = t->high[p] - from;
-        x[p] = t->x[p];
         least = tb_abs(from) > least ? tb_abs(from) : least;
     }
     for (int l = 0; l < levels; l++) {
@@ -177,8 +180,9 @@ static void go(const struct tb_allocator *a, const int *level, int levels, tb_re
             const tb_real s0 = step[0], s1 = tb_entry(step, a->k, 1), s2 = tb_entry(step, a->k, 2);
             const tb_real s3 = tb_entry(step, a->k, 3), s4 = tb_entry(step, a->k, 4), s5 = tb_entry(step, a->k, 5);
             for (int p = 0; p < a->m; p++) {
-                x[p] = tb_row(a->G[p], s0, s1, s2, s3, s4, s5);
+                own[p] = tb_row(a->G[p], s0, s1, s2, s3, s4, s5);
             }
+            x = own;
         }
         for (int p = 0; p < a->m && fits; p++) {
             fits = x[p] <= keep * high[p] && x[p] >= keep * low[p];
@@ -214,12 +218,16 @@ static int towards(const struct tb_allocator *a, const int *level, int levels, c
     static const tb_real back[] = {1, TB_R(1 - 1e-6), TB_R(1 - 1e-3), TB_R(0.9), TB_R(0.5)};
     struct tb_thrusts t;
     tb_real missing[TB_K_MAX], part[TB_K_MAX], f0[TB_N_MAX], way[TB_N_MAX], base[TB_N_MAX];
-    int inside = 1, rests = 1, whole = 1, found = 0, crossing = 0;
+    int inside = 1, rests = 1, whole = 1, found = 0, crossing = 0, finite = 1;
     const int status = tb_enter(a, tau, f_min, f_max, &t);
     if (status == TB_SOLVED && a->facets < 0) {
         return TB_BAD_ARGUMENT;
     }
-    if (status != TB_SOLVED || !tb_is_finite(tau, a->k)) {
+    for (int r = 0; r < a->k && status == TB_SOLVED; r++) {
+        missing[r] = tau[r];
+        finite &= tb_abs(missing[r]) <= TB_LARGEST;
+    }
+    if (status != TB_SOLVED || !finite) {
         return tb_refused(a, tau, status);
     }
     for (int p = 0; p < a->m; p++) {
@@ -240,9 +248,6 @@ static int towards(const struct tb_allocator *a, const int *level, int levels, c
     }
     if (crossing) {
         return TB_INFEASIBLE;
-    }
-    for (int r = 0; r < a->k; r++) {
-        missing[r] = tau[r];
     }
     for (int r = 0; r < a->k && !rests; r++) {
         tb_real begun = 0;
