@@ -127,7 +127,8 @@ ONE = {
     *("mov", "movw", "movt", "mvn", "add", "addw", "adc", "adr", "sub", "subw", "sbc", "rsb", "cmp", "cmn"),
     *("tst", "teq", "and", "orr", "orn", "eor", "bic", "lsl", "lsr", "asr", "ror", "rrx", "clz", "rbit"),
     *("rev", "rev16", "revsh", "uxtb", "uxth", "sxtb", "sxth", "ubfx", "sbfx", "bfi", "bfc", "ssat", "usat"),
-    *("mul", "smull", "umull", "smlal", "umlal", "umaal", "uxtab", "uxtah", "pkhbt", "pkhtb"),
+    *("mul", "smull", "umull", "smlal", "umlal", "umaal", "smulbb", "smlabb"),
+    *("uxtab", "uxtah", "pkhbt", "pkhtb"),
     *("neg", "vabs", "vneg", "vcmp", "vcmpe", "vmrs", "vmsr"),
 }
 """Instructions that take one cycle; P more where they write pc."""
