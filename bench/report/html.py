@@ -1,8 +1,8 @@
-"""Pages as HTML: Markdown as one file that can be mailed, and report.html with its data.
+"""HTML pages from templates: a Markdown text as one file that can be mailed, and report.html with its data.
 
-The data hold of each machine, vehicle and method its verdict at every limit. Single calls are multisets of
-times. Times repeat from method to method, so each is stored once, in ``times``, and a multiset is [place in
-``times``, how often, distance to the next place, how often, …].
+The data of report.html have the verdict at every limit for each machine, vehicle and method. Single calls
+are multisets of times. Methods share many times, so ``times`` has each once, and a multiset is [index in
+``times``, count, distance to the next index, count, …].
 """
 
 import re
@@ -113,7 +113,7 @@ def _title(markdown: str) -> str:
 
 
 def data(machines: Sequence[NamedRun]) -> dict[str, Any]:
-    """Everything that the page shows, as it is written into the page."""
+    """Data of report.html, ready for JSON."""
     times = sorted({ns for m in machines for row in m.run.rows for ns, _ in row.measured.singles} | {0})
     place = {ns: i for i, ns in enumerate(times)}
     found = [machine for m in machines for machine in _machine(m, place)]
@@ -127,16 +127,16 @@ def data(machines: Sequence[NamedRun]) -> dict[str, Any]:
         "rate_hz": opening_loop(*(m.run for m in machines)).rate_hz,
         "times": times,
         "sets": sort_sets(sets),
-        # What is not installed has none.
+        # A method that is not installed has no formulation.
         "formulations": {name: titles[name] for name in sorted(titles) if name},
         "machines": found,
-        # An unknown frame, as of a record of counts alone, has no entry.
+        # A record of counts alone has no problems, so no frames.
         "frames": {p.vehicle: described(p.frame) for m in machines for p in m.run.record.problems},
     }
 
 
 def _machine(machine: NamedRun, place: dict[float, int]) -> list[dict[str, Any]]:
-    """The machine that was timed, and each processor that was emulated."""
+    """Entries of the machine that was timed and of each emulated processor."""
     run = machine.run
     found: list[dict[str, Any]] = []
     if run.by_vehicle:
@@ -170,7 +170,7 @@ def _machine(machine: NamedRun, place: dict[float, int]) -> list[dict[str, Any]]
 
 
 def _method(run: Run, rows: Sequence[Row], pool: Pool, place: dict[float, int]) -> dict[str, Any]:
-    """One method, with its pool on all demand sets, and one on each."""
+    """Entry of one method, with a pool of all demand sets and one of each."""
     first, solver = rows[0], rows[0].described.solver
     problem = run.problem_by_set.get((first.vehicle, first.demands))
     version = run.record.header.versions.get(solver, "")
@@ -188,17 +188,17 @@ def _method(run: Run, rows: Sequence[Row], pool: Pool, place: dict[float, int]) 
         "freedom": problem.nullity if problem else None,
         "iterations": largest(row.iterations_max for row in rows),
         "memory_MB": largest_of_all([row.peak_rss_MB for row in rows]),
-        "allocator_kB": _shown(largest(row.allocator_bytes for row in rows), 1e-3),
-        "setup_us": _shown(largest(row.setup_us for row in rows)),
-        "distance": _shown(largest(row.distance_relative for row in rows)),
-        "promise": _shown(largest(row.tolerance for row in rows)),
+        "allocator_kB": _round_digits(largest(row.allocator_bytes for row in rows), 1e-3),
+        "setup_us": _round_digits(largest(row.setup_us for row in rows)),
+        "distance": _round_digits(largest(row.distance_relative for row in rows)),
+        "promise": _round_digits(largest(row.tolerance for row in rows)),
         "served": served_text(run, first.vehicle, first) if first.call_p50_us is not None else "",
-        "pools": [{"demands": "", **_pool(pool, rows), "lost": _shown(largest_miss(rows))}]
+        "pools": [{"demands": "", **_pool(pool, rows), "lost": _round_digits(largest_miss(rows))}]
         + [
             {
                 "demands": row.demands,
                 **_pool(pool_rows(run, [row]), [row]),
-                "singles": _packed(row.measured.singles, place),
+                "singles": _pack(row.measured.singles, place),
             }
             for row in rows
         ],
@@ -206,18 +206,18 @@ def _method(run: Run, rows: Sequence[Row], pool: Pool, place: dict[float, int]) 
 
 
 def _pool(pool: Pool, rows: Sequence[Row]) -> dict[str, Any]:
-    """Measurements on some demand sets: all that the page shows but what it looks up by the limit.
+    """Measurements on some demand sets, and tables that the page looks up by the limit.
 
-    ``verdicts`` holds [limit [us] from which it holds, fit, reason, usefulness] one after the other;
-    ``bounds`` the bound on late calls [%] for a limit at each time of the single calls, as it is shown.
+    ``verdicts`` is a list of [least limit [us], fit, reason, usefulness], by limit;
+    ``bounds`` has the bound on late calls [%] for a limit at each time of the single calls.
     """
     static = pool.static
-    bounds = [_shown(pool.late(ns / 1000)[1], 100.0, 3) for ns, _ in pool.singles]
+    bounds = [_round_digits(pool.late(ns / 1000)[1], 100.0, 3) for ns, _ in pool.singles]
     slowest = max(rows, key=lambda row: row.call_p50_us or 0.0)
     return {
         **_worth(static),
-        "refused": _shown(static.refused),
-        "lost": _shown(largest(largest_loss(row) for row in rows)),
+        "refused": _round_digits(static.refused),
+        "lost": _round_digits(largest(largest_loss(row) for row in rows)),
         "p50": static.p50_us,
         "cpu": static.cpu_us,
         "p999": static.p999_us,
@@ -231,7 +231,7 @@ def _pool(pool: Pool, rows: Sequence[Row]) -> dict[str, Any]:
 
 
 def _worth(size: Size) -> dict[str, Any]:
-    """The part of a size that no limit changes."""
+    """Fields of a size that do not depend on the limit."""
     return {
         "exact": size.exact,
         "refusal": size.refusal,
@@ -245,7 +245,7 @@ def _worth(size: Size) -> dict[str, Any]:
 
 
 def _kernel(kernel: KernelCost) -> dict[str, Any]:
-    """One kernel that was counted: its fit, and with it its ``usefulness``, depend on the clock."""
+    """Entry of one counted kernel, with its ``usefulness`` by fit: that depends on the clock."""
     known, size = find_formulation(kernel.formulation), kernel.size()
     return {
         **{name: getattr(kernel, name) for name in METHOD},
@@ -269,15 +269,15 @@ def _curves(capability: Capability) -> list[dict[str, Any]]:
     return [
         {
             "method": curve.method,
-            "size": _rounded(curve.size),
-            "p50": _rounded(curve.error_p50),
-            "max": _rounded(curve.error_max),
+            "size": _round_values(curve.size),
+            "p50": _round_values(curve.error_p50),
+            "max": _round_values(curve.error_max),
         }
         for curve in capability.curves
     ]
 
 
-def _packed(singles: Histogram, place: dict[float, int]) -> list[int]:
+def _pack(singles: Histogram, place: dict[float, int]) -> list[int]:
     packed, before = [], 0
     for ns, count in singles:
         packed += [place[ns] - before, count]
@@ -290,12 +290,12 @@ def _interval(singles: Histogram) -> list[float | None]:
     return [None, None] if ends is None else [end / 1000 for end in ends]
 
 
-def _shown(value: float | None, factor: float = 1.0, digits: int = 4) -> float | None:
-    """Four digits: one more than is shown."""
+def _round_digits(value: float | None, factor: float = 1.0, digits: int = 4) -> float | None:
+    """A number as the page stores it, by default with one digit more than it shows."""
     return None if value is None else float(f"{value * factor:.{digits}g}")
 
 
-def _rounded(values: Iterable[float]) -> list[float]:
+def _round_values(values: Iterable[float]) -> list[float]:
     return [round(value, 4) for value in values]
 
 

@@ -60,16 +60,16 @@ TITLE = "# What thrust allocation costs, and what it buys\n"
 def page(run: Run, drawn: frozenset[str]) -> str:
     """report.md: what to take and how sure that is, the headline, and the methods worth considering."""
     counted = bool(run.record.emulated) and not run.rows
-    return "\n".join([TITLE, *([emulation.summary(run)] if counted else _written(FIRST, run, drawn)), MORE])
+    return "\n".join([TITLE, *([emulation.summary(run)] if counted else _texts(FIRST, run, drawn)), MORE])
 
 
 def details(run: Run, drawn: frozenset[str]) -> str:
     """details.md: every method, picture and fact, without empty sections; ``drawn`` names the pictures."""
     sections = REST if run.rows or not run.record.emulated else (emulation.instructions,)
-    return "\n".join(["# The details: every method, picture and fact\n", *_written(sections, run, drawn)])
+    return "\n".join(["# The details: every method, picture and fact\n", *_texts(sections, run, drawn)])
 
 
-def _written(sections: Iterable[Section], run: Run, drawn: frozenset[str]) -> Iterable[str]:
+def _texts(sections: Iterable[Section], run: Run, drawn: frozenset[str]) -> Iterable[str]:
     return filter(None, (section(run, drawn) for section in sections))
 
 

@@ -56,14 +56,14 @@ def objections(rows: Iterable[Row]) -> list[str]:
                 lines.append(f"{row.label} on {row.vehicle}, {elsewhere}")
             continue
         what = judged.wrong or (
-            f"{_two(judged.distance_rel_max)} of the largest limit away from the reference, "
-            f"where {_two(judged.tolerance)} is promised"
+            f"{_two_digits(judged.distance_rel_max)} of the largest limit away from the reference, "
+            f"where {_two_digits(judged.tolerance)} is promised"
         )
         lines.append(f"{row.label} on {row.vehicle}, {row.demands} demands: {what}")
     return list(dict.fromkeys(lines))  # a method's rows repeat what is wrong with it
 
 
-def _two(value: float | None) -> str:
+def _two_digits(value: float | None) -> str:
     return "-" if value is None else f"{value:.2g}"
 
 

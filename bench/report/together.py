@@ -1,4 +1,4 @@
-"""report.md and details.md of several machines: what fits on all, ratios, and which of them mean anything."""
+"""report.md and details.md of several machines: what fits on all, and ratios where they mean anything."""
 
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 
@@ -32,24 +32,26 @@ TITLE = "# What thrust allocation costs on several machines\n"
 def page(machines: Sequence[NamedRun]) -> str:
     """report.md: what fits on every machine, then the methods worth considering, machine by machine.
 
-    Which sets and methods have a row is what it is in the report of one run, on any of the machines.
+    A set or a method has a row if the report of any one run would give it one.
     """
     timed = [machine for machine in machines if machine.run.vehicles]
     loop = opening_loop(*(machine.run for machine in timed))
     sized = {machine.name: sizes(machine.run, loop) for machine in timed}
     whole = [s for s in best_of_each(sizes_on_all(sized, loop)) if s.vehicle in _vehicles(timed)]
     first = first_methods(whole)
-    parts = [TITLE, *_opening(timed, whole, count_partial_methods(sized)), _comparable(timed)]
-    for vehicle, demands in _asked(timed, Run.leading_sets):
-        parts += _medians(timed, vehicle, demands, _worth(timed, vehicle, demands, first.get(vehicle, "")))
-    return "\n".join(part for part in [*parts, _counted(machines), MORE] if part)
+    parts = [TITLE, *_opening(timed, whole, count_partial_methods(sized)), _differences(timed)]
+    for vehicle, demands in _vehicle_sets(timed, Run.leading_sets):
+        parts += _medians(
+            timed, vehicle, demands, _shortlist_labels(timed, vehicle, demands, first.get(vehicle, ""))
+        )
+    return "\n".join(part for part in [*parts, _instructions(machines), MORE] if part)
 
 
 def details(machines: Sequence[NamedRun]) -> str:
     """details.md: every method on every set of every vehicle, and the facts of each machine."""
     timed = [machine for machine in machines if machine.run.vehicles]
     parts = ["# The details: every method on every machine\n", _facts(machines)]
-    parts += [part for asked in _asked(timed, Run.sets) for part in _medians(timed, *asked)]
+    parts += [part for asked in _vehicle_sets(timed, Run.sets) for part in _medians(timed, *asked)]
     return "\n".join(part for part in parts if part)
 
 
@@ -64,12 +66,12 @@ def _opening(timed: Sequence[NamedRun], whole: Sequence[Size], in_part: Mapping[
         for vehicle in _vehicles(timed)
         if in_part.get(vehicle)
     ]
-    said = "\n".join(f"- {plain(sentence)}" for sentence in [*lines, *rate_note(*runs)]) + "\n"
+    sentences = "\n".join(f"- {plain(sentence)}" for sentence in [*lines, *rate_note(*runs)]) + "\n"
     trust = "\n".join(f"- {plain(machine.name)} was {plain(trust_note(machine.run))}" for machine in timed)
-    return [said, f"How sure:\n\n{trust}\n"]
+    return [sentences, f"How sure:\n\n{trust}\n"]
 
 
-def _comparable(timed: Sequence[NamedRun]) -> str:
+def _differences(timed: Sequence[NamedRun]) -> str:
     if len(timed) < 2:
         return ""
     lines = "\n".join(f"- {plain(line)}" for line in list_differences(timed))
@@ -80,19 +82,21 @@ def _vehicles(timed: Sequence[NamedRun]) -> list[str]:
     return sorted({vehicle for machine in timed for vehicle in machine.run.vehicles})
 
 
-def _asked(timed: Sequence[NamedRun], sets: Callable[[Run, str], list[str]]) -> Iterator[tuple[str, str]]:
-    """Each vehicle with each demand set that ``sets`` names of it on any of the machines, in their order."""
+def _vehicle_sets(
+    timed: Sequence[NamedRun], sets: Callable[[Run, str], list[str]]
+) -> Iterator[tuple[str, str]]:
+    """Pairs of a vehicle and a demand set that ``sets`` gives on any machine, in the order of tables."""
     for vehicle in _vehicles(timed):
         runs = [machine.run for machine in timed if vehicle in machine.run.vehicles]
         for demands in sort_sets({name for run in runs for name in sets(run, vehicle)}):
             yield vehicle, demands
 
 
-def _worth(timed: Sequence[NamedRun], vehicle: str, demands: str, taken: str) -> set[str]:
-    """Labels of the methods that have a row in the report of one of the runs, or that is to be ``taken``."""
+def _shortlist_labels(timed: Sequence[NamedRun], vehicle: str, demands: str, first_method: str) -> set[str]:
+    """Labels of the methods that a report of one run would show, and of ``first_method``."""
     rows: list[Row] = []
     for machine in timed:
-        rows += shortlist(best_rows(machine.run, vehicle, demands), taken)
+        rows += shortlist(best_rows(machine.run, vehicle, demands), first_method)
         rows += unmeasured_plugins(machine.run, vehicle, demands)
     return {row.label for row in rows}
 
@@ -100,43 +104,43 @@ def _worth(timed: Sequence[NamedRun], vehicle: str, demands: str, taken: str) ->
 def _medians(
     timed: Sequence[NamedRun], vehicle: str, demands: str, shown: Container[str] | None = None
 ) -> list[str]:
-    """Medians on each machine that was asked this, over those of the first; where their order differs.
+    """Table of medians on each machine, with ratios to the first machine, and pairs in another order.
 
-    Of all methods, or of those that are ``shown``.
+    All methods, or only those whose labels are in ``shown``.
     """
-    having = [machine for machine in timed if vehicle in machine.run.vehicles]
-    here = [machine for machine in having if machine.run.select(vehicle, demands)]
-    by_label = medians(here, vehicle, demands)
-    why = {m.name: comparison_obstacle(here[0].run, m.run, vehicle, demands) for m in here[1:]}
+    with_vehicle = [machine for machine in timed if vehicle in machine.run.vehicles]
+    measured = [machine for machine in with_vehicle if machine.run.select(vehicle, demands)]
+    by_label = medians(measured, vehicle, demands)
+    why = {m.name: comparison_obstacle(measured[0].run, m.run, vehicle, demands) for m in measured[1:]}
     ordered = sorted(by_label.items(), key=lambda item: min(_times(item[1]), default=float("inf")))
-    kept = {label: rows for label, rows in ordered if shown is None or label in shown}
+    shown_rows = {label: rows for label, rows in ordered if shown is None or label in shown}
     lines = []
-    for label, rows in kept.items():
+    for label, rows in shown_rows.items():
         base = rows[0].call_p50_us if rows[0] else None
-        line = [label, _time(rows[0])]
-        for machine, row in zip(here[1:], rows[1:], strict=True):
+        line = [label, _time_text(rows[0])]
+        for machine, row in zip(measured[1:], rows[1:], strict=True):
             time = row.call_p50_us if row else None
             ratio = time / base if time and base and not why[machine.name] else None
-            line += [_time(row), three(ratio)]
+            line += [_time_text(row), three(ratio)]
         lines.append(line)
-    headers = ["method", f"{here[0].name} [µs]"]
-    for machine in here[1:]:
-        headers += [f"{machine.name} [µs]", f"over {here[0].name}"]
+    headers = ["method", f"{measured[0].name} [µs]"]
+    for machine in measured[1:]:
+        headers += [f"{machine.name} [µs]", f"over {measured[0].name}"]
     parts = [f"## {plain(vehicle)}, medians on {plain(demands)} demands\n", table(headers, lines)]
-    parts += omission_note(len(by_label) - len(kept))
-    absent = [plain(machine.name) for machine in having if machine not in here]
+    parts += omission_note(len(by_label) - len(shown_rows))
+    absent = [plain(machine.name) for machine in with_vehicle if machine not in measured]
     parts += [f"Not asked on {', '.join(absent)}.\n"] if absent else []
     parts += [f"{plain(f'No ratio for {name}: {reason}.')}\n" for name, reason in why.items() if reason]
-    for i, machine in enumerate(here[1:], start=1):
-        if pairs := [] if why[machine.name] else order_changes(kept, 0, i):
-            said = "; ".join(f"{a} before {b}" for a, b in pairs[:MOST])
+    for i, machine in enumerate(measured[1:], start=1):
+        if pairs := [] if why[machine.name] else order_changes(shown_rows, 0, i):
+            sentences = "; ".join(f"{a} before {b}" for a, b in pairs[:MOST])
             more = f"; and {len(pairs) - MOST} pairs more" if len(pairs) > MOST else ""
-            order = f"In another order on {here[0].name} than on {machine.name}: {said}{more}."
+            order = f"In another order on {measured[0].name} than on {machine.name}: {sentences}{more}."
             parts.append(f"{plain(order)}\n")
     return parts
 
 
-def _counted(machines: Sequence[NamedRun]) -> str:
+def _instructions(machines: Sequence[NamedRun]) -> str:
     """Instructions of the most costly call, by emulated processor: no times, so in a table of their own."""
     every = [row for machine in machines for row in emulated_rows(machine.run.record.emulated)]
     scalar = table_scalar(every)
@@ -178,7 +182,7 @@ def _times(rows: Sequence[Row | None]) -> list[float]:
     return [time for row in rows if row is not None and (time := row.call_p50_us) is not None]
 
 
-def _time(row: Row | None) -> str:
+def _time_text(row: Row | None) -> str:
     """The median, or why there is none."""
     if row is None:
         return ""

@@ -1,4 +1,4 @@
-"""Runs of several machines side by side: which is which, what may be compared, and what fits on all."""
+"""Runs of several machines side by side: their names, valid comparisons, and what fits on all."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -69,30 +69,30 @@ def _check_names(directories: Sequence[Path], runs: Sequence[Run]) -> None:
         for (vehicle, demands), problem in run.problem_by_set.items():
             what = ""
             first, known = sets.setdefault((vehicle, demands), (directory, problem))
-            if _other_demands(known, problem):
+            if _are_other_demands(known, problem):
                 what = f"{demands} are other demands than in {first}"
             first, known = vehicles.setdefault(vehicle, (directory, problem))
-            if _other_vehicle(known, problem):
+            if _is_other_vehicle(known, problem):
                 what = f"{vehicle} is another vehicle than in {first}"
             if what:
                 raise RecordError(f"{directory}: {what}; change the name in one, or report each by itself")
 
 
-def _other_vehicle(one: Problem, two: Problem) -> bool:
+def _is_other_vehicle(one: Problem, two: Problem) -> bool:
     """True if two vehicles of one name differ, as far as the records tell."""
     shapes = [(each.dof, each.n, each.rank, each.faults) for each in (one, two)]
     numbers = [[*each.wrench_scale, each.f_scale, *each.numbers] for each in (one, two)]
     known = len(numbers[0]) if one.numbers and two.numbers else len(one.wrench_scale) + 1
-    return shapes[0] != shapes[1] or not _alike(*(each[:known] for each in numbers))
+    return shapes[0] != shapes[1] or not _are_equal(*(each[:known] for each in numbers))
 
 
-def _other_demands(one: Problem, two: Problem) -> bool:
-    """True if as many demands of a user's, under one name, are not the same."""
+def _are_other_demands(one: Problem, two: Problem) -> bool:
+    """True if two sets of a user's demands have one name and one size, and other values."""
     asked = [(each.n_demands, each.left_out) for each in (one, two)]
-    return bool(one.sums and two.sums) and asked[0] == asked[1] and not _alike(one.sums, two.sums)
+    return bool(one.sums and two.sums) and asked[0] == asked[1] and not _are_equal(one.sums, two.sums)
 
 
-def _alike(one: Sequence[float], two: Sequence[float]) -> bool:
+def _are_equal(one: Sequence[float], two: Sequence[float]) -> bool:
     """True if numbers are the same but for rounding, to float too: a board may calculate in it."""
     return len(one) == len(two) and all(
         isclose(x, y, rel_tol=SAME, abs_tol=1e-9) for x, y in zip(one, two, strict=True)
@@ -100,7 +100,7 @@ def _alike(one: Sequence[float], two: Sequence[float]) -> bool:
 
 
 def list_differences(machines: Sequence[NamedRun]) -> list[str]:
-    """In what runs differ from the first besides their machines, a sentence each."""
+    """A sentence for each run after the first: how it differs from the first besides its machine."""
     first, *others = machines
     return [
         f"{first.name} and {other.name}: {'; '.join(find_differences(first.run, other.run)) or 'nothing'}."
@@ -109,22 +109,26 @@ def list_differences(machines: Sequence[NamedRun]) -> list[str]:
 
 
 def find_differences(a: Run, b: Run) -> list[str]:
-    """In what two runs differ besides their machines, in words: a ratio of their times holds that too."""
+    """Differences of two runs besides their machines, in words; a ratio of their times includes them."""
     one, two = a.record.header, b.record.header
-    said = _apart({"seed": one.seed, "commit": one.commit}, {"seed": two.seed, "commit": two.commit})
+    differences = _list_changes(
+        {"seed": one.seed, "commit": one.commit}, {"seed": two.seed, "commit": two.commit}
+    )
     ours, theirs = ({Path(path).name: sha for path, sha in each.files.items()} for each in (one, two))
-    said += [f"the text of {name}" for name in sorted(ours) if theirs.get(name, ours[name]) != ours[name]]
-    if a.by_driver != b.by_driver:  # which has none of Python's versions
+    differences += [
+        f"the text of {name}" for name in sorted(ours) if theirs.get(name, ours[name]) != ours[name]
+    ]
+    if a.by_driver != b.by_driver:  # a driver has none of Python's versions
         callers = ("a board's driver" if run.by_driver else "Python" for run in (a, b))
-        return [*said, f"calls from {' and from '.join(callers)}"]
-    said += _apart(one.versions, two.versions, "none")
-    return said + _apart(
+        return [*differences, f"calls from {' and from '.join(callers)}"]
+    differences += _list_changes(one.versions, two.versions, "none")
+    return differences + _list_changes(
         {**a.form, "compiler's flags": a.machine.get("flags")},
         {**b.form, "compiler's flags": b.machine.get("flags")},
     )
 
 
-def _apart(one: Mapping[str, Any], two: Mapping[str, Any], lacking: str = "unknown") -> list[str]:
+def _list_changes(one: Mapping[str, Any], two: Mapping[str, Any], lacking: str = "unknown") -> list[str]:
     """Entries of the same name and different value, with both values."""
     keys = sorted(one.keys() | two.keys())
     both = (
@@ -134,7 +138,7 @@ def _apart(one: Mapping[str, Any], two: Mapping[str, Any], lacking: str = "unkno
 
 
 def comparison_obstacle(a: Run, b: Run, vehicle: str, demands: str) -> str:
-    """Reason why two runs were not asked alike on this vehicle's demand set; empty where they were."""
+    """Reason why two runs can't be compared on a vehicle's demand set; empty if they can."""
     ours, theirs = (run.problem_by_set.get((vehicle, demands)) for run in (a, b))
     if ours is None or theirs is None:
         return "not asked on both"
@@ -144,13 +148,13 @@ def comparison_obstacle(a: Run, b: Run, vehicle: str, demands: str) -> str:
         return f"{ours.n_demands} demands and {theirs.n_demands}"
     if a.by_driver != b.by_driver:  # a call from Python takes ten times what the C in it takes
         return "one machine's calls were made from Python, the other's by a board's driver in C"
-    return f"other C: {'; '.join(other)}" if (other := _apart(a.form, b.form)) else ""
+    return f"other C: {'; '.join(other)}" if (other := _list_changes(a.form, b.form)) else ""
 
 
 def medians(machines: Sequence[NamedRun], vehicle: str, demands: str) -> dict[str, list[Row | None]]:
     """One row a machine by method, start and level: those that represent a method on any of the machines.
 
-    A row without a time is there for the user's own methods alone.
+    Only the user's own methods may have a row without a time.
     """
     shown = [row.label for m in machines for row in best_rows(m.run, vehicle, demands)]
     shown += [row.label for m in machines for row in unmeasured_plugins(m.run, vehicle, demands)]
@@ -164,7 +168,7 @@ def medians(machines: Sequence[NamedRun], vehicle: str, demands: str) -> dict[st
 def order_changes(by_label: Mapping[str, Sequence[Row | None]], i: int, j: int) -> list[tuple[str, str]]:
     """Pairs of methods of which the first is faster on machine ``i``, and the second on machine ``j``.
 
-    Faster is a method whose slowest repeat beats the other's fastest one; what is less is noise.
+    A method is faster if its slowest repeat beats the other's fastest one; smaller differences are noise.
     """
     here, there = (
         {
@@ -179,7 +183,7 @@ def order_changes(by_label: Mapping[str, Sequence[Row | None]], i: int, j: int) 
         (first, second)
         for first in both
         for second in both
-        if _before(here[first], here[second]) and _before(there[second], there[first])
+        if _is_faster(here[first], here[second]) and _is_faster(there[second], there[first])
     ]
 
 
@@ -210,10 +214,10 @@ def sizes_on_all(sized: Mapping[str, Sequence[Size]], loop: Loop) -> list[Size]:
 
     ``sized`` holds the sizes by machine. A method that some machine has not measured is left out.
     """
-    return rank_sizes([worst_size(there) for there in _whole(sized)], loop.period_us)
+    return rank_sizes([worst_size(there) for there in _complete_sizes(sized)], loop.period_us)
 
 
-def _whole(sized: Mapping[str, Sequence[Size]]) -> list[dict[str, Size]]:
+def _complete_sizes(sized: Mapping[str, Sequence[Size]]) -> list[dict[str, Size]]:
     """Sizes by machine of each method that every machine with the vehicle has measured."""
     by_name: dict[tuple[str, str], dict[str, Size]] = {}
     for machine, own in sized.items():
@@ -229,10 +233,10 @@ def _whole(sized: Mapping[str, Sequence[Size]]) -> list[dict[str, Size]]:
 def count_partial_methods(sized: Mapping[str, Sequence[Size]]) -> dict[str, int]:
     """Number of methods by vehicle that ``sizes_on_all`` leaves out: some machine did not measure them."""
     known = {(size.vehicle, size.method) for own in sized.values() for size in own}
-    whole = {(size.vehicle, size.method) for there in _whole(sized) for size in there.values()}
+    whole = {(size.vehicle, size.method) for there in _complete_sizes(sized) for size in there.values()}
     return Counter(vehicle for vehicle, _ in known - whole)
 
 
-def _before(one: tuple[float | None, float | None], other: tuple[float | None, float | None]) -> bool:
+def _is_faster(one: tuple[float | None, float | None], other: tuple[float | None, float | None]) -> bool:
     slowest, fastest = one[1], other[0]
     return slowest is not None and fastest is not None and slowest < fastest

@@ -28,7 +28,7 @@ BEYOND = 10
 
 @dataclass(frozen=True)
 class Tally:
-    """A multiset of times that is asked for many limits: its sums are made once.
+    """Multiset of times with sums that are kept, for counts of late calls at many limits.
 
     Attributes
     ----------
@@ -48,12 +48,14 @@ class Tally:
         return sum(ns * count for ns, count in self.times)
 
     @cached_property
-    def _from(self) -> list[int]:
+    def _tail_counts(self) -> list[int]:
         return [*accumulate((count for _, count in reversed(self.times)), initial=0)][::-1]
 
     def later(self, limit_us: float, beyond_us: float = 0.0) -> int:
         """Number of times that are longer than a limit, ``beyond_us`` added to each [us]."""
-        return self._from[bisect_right(self.times, limit_us, key=lambda each: beyond_us + each[0] / 1000)]
+        return self._tail_counts[
+            bisect_right(self.times, limit_us, key=lambda each: beyond_us + each[0] / 1000)
+        ]
 
 
 def merge(counted: Iterable[Sequence[tuple[Time, int]]]) -> list[tuple[Time, int]]:
@@ -142,16 +144,16 @@ class Repeats:
     Attributes
     ----------
     key : the row's name, with repeat 0
-    origin : what ran, where and with which versions: the record's header
-    described : what the record says of the method itself
+    origin : the record's header: machine, versions and options
+    described : the method's line of the record
     cells : the repeats, each measured by a process of its own
     workers : the processes that measured them
     disturbances : what disturbed the machine meanwhile, empty where it was quiet
     attainable : share of the set's demands that are labelled inactive or active [-]
-    unique : whether the vehicle has no spare thruster, so that each wrench has one solution
-    wrong_elsewhere : what is wrong with the method's untimed answers on this vehicle, empty where nothing is
-    wrong_on_others : what is wrong with a plug-in's answers on another of the vehicle's sets
-    missed_elsewhere : whether these, or those of its twin, miss a demand that the vehicle can meet
+    unique : True if the vehicle has no spare thruster, so that each wrench has one solution
+    wrong_elsewhere : error of the method's untimed answers on this vehicle, empty for none
+    wrong_on_others : error of a plug-in's answers on another of the vehicle's sets, empty for none
+    missed_elsewhere : True if these, or those of its twin, miss a demand that the vehicle can meet
     problem : the set's line of the record
     """
 
@@ -196,7 +198,7 @@ class RatioInterval(NamedTuple):
     Attributes
     ----------
     low, high : the ends [-]
-    is_confident : whether they hold the ratio with CONFIDENCE; else they are extremes, repeats being few
+    is_confident : True if they hold the ratio with CONFIDENCE; else they are extremes of too few repeats
     """
 
     low: float
@@ -278,7 +280,7 @@ def microseconds(ns: float | None) -> float | None:
 
 
 def median_or_none(values: list[float]) -> float | None:
-    """The median; None of nothing."""
+    """The median; None for an empty list."""
     return median(values) if values else None
 
 
@@ -294,7 +296,7 @@ class Worst(cached_property[float | None]):
         of: Callable[[Judged], float | None] | None = None,
         worst: Callable[[list[float]], float] = max,
     ) -> None:
-        """Make the column of what it means, of the number of one judgement, and of what is worse."""
+        """Make a column from its documentation, the number of one judgement, and the order of badness."""
 
         def column(row: Any) -> float | None:
             numbers = (of(judged) if of else judged.loss.get(self.name) for judged in row.measured.judged)

@@ -8,13 +8,13 @@ from bench.results.columns import Row
 from bench.results.text import percent, plural, three
 
 WEAK = 0.25
-"""Share of its wrench that a method must not leave out of most demands that can be met [-]. Closed forms
-leave out less, even of demands that were drawn to lie beyond what they serve."""
+"""Median share of an attainable wrench [-]; a method that misses more counts as one that refuses all. Closed
+forms miss less, even of demands drawn beyond what they serve."""
 
 
 UNMET = "what can't be met"
 MISSES = ("some of what can be met", f"{percent(WEAK)} and more of most demands that can be met")
-"""In words, what a method refuses that it should not."""
+"""Names of attainable demands that a method refuses."""
 
 
 class Refusal(NamedTuple):
@@ -24,7 +24,7 @@ class Refusal(NamedTuple):
     ----------
     share : of a log or mission that got no wrench [-]
     words : what it refuses, empty where nothing
-    unanswered : whether any demand that was asked got none, of drawn ones too
+    unanswered : True if any demand, drawn ones included, got no thrusts
     """
 
     share: float
@@ -41,7 +41,7 @@ def refusal(row: Row, problem: Problem | None) -> Refusal:
     next dive may ask for more. One that delivers nothing of a demand that can be met, or WEAK shares of most,
     counts as one that refuses all.
     """
-    refused = _refused(row, problem)
+    refused = _log_refusal(row, problem)
     judged = row.measured.judged
     if max((each.missed_p50 or 0.0 for each in judged), default=0.0) >= WEAK:
         return Refusal(1.0, MISSES[1], unanswered=True)
@@ -49,7 +49,7 @@ def refusal(row: Row, problem: Problem | None) -> Refusal:
     return Refusal(1.0, MISSES[0], unanswered=True) if missed >= 1 and not refused.share else refused
 
 
-def _refused(row: Row, problem: Problem | None) -> Refusal:
+def _log_refusal(row: Row, problem: Problem | None) -> Refusal:
     answered = row.answered_share
     if answered is None:
         return Refusal(0.0, "", unanswered=False)

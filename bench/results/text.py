@@ -57,9 +57,9 @@ def table(headers: Sequence[str], rows: Iterable[Sequence[str]], *, markdown: bo
     Cells are text, not Markdown, but for those that are code from end to end; or all are, with ``markdown``.
     """
     headers = [_cell(text) for text in headers]
-    cell = _bars if markdown else _cell
+    cell = _escape_bars if markdown else _cell
     body = [[cell(text) for text in row] for row in rows]
-    align = ["left", *("left" if _wordy(body, i) else "right" for i in range(1, len(headers)))]
+    align = ["left", *("left" if _is_wordy(body, i) else "right" for i in range(1, len(headers)))]
     return tabulate(body, headers=headers, tablefmt="pipe", colalign=align, disable_numparse=True) + "\n"
 
 
@@ -86,21 +86,21 @@ def plain(text: str) -> str:
 
 def with_code(text: str) -> str:
     """The same of a sentence of our own, in which what stands between backquotes is code."""
-    parts = re.split(r"(`[^`]+`)", _shown(text))
-    return "".join(part if i % 2 else _escaped(part) for i, part in enumerate(parts))
+    parts = re.split(r"(`[^`]+`)", _printable(text))
+    return "".join(part if i % 2 else _escape(part) for i, part in enumerate(parts))
 
 
 def _inline(text: str) -> str:
     """The same where a line does not begin with it."""
-    return _escaped(_shown(text))
+    return _escape(_printable(text))
 
 
-def _shown(text: str) -> str:
+def _printable(text: str) -> str:
     """Printable part of a text, on one line."""
     return " ".join("".join(c if c.isprintable() else " " for c in text).split())
 
 
-def _escaped(shown: str) -> str:
+def _escape(shown: str) -> str:
     paired = "".join(mark for mark in "*$~" if shown.count(mark) > 1)  # a single one is itself
     return re.sub(rf"[{re.escape(paired)}]|{_MEANS}" if paired else _MEANS, r"\\\g<0>", shown)
 
@@ -110,15 +110,15 @@ _MEANS = r"[\\`|]|\](?=[(\[:])|<(?=[A-Za-z/!?])|&(?=#?\w+;)|(?<!\w)_|_(?!\w)"
 
 
 def _cell(text: str) -> str:
-    return _bars(text) if re.fullmatch(r"`[^`\n]+`", text) else _inline(text)
+    return _escape_bars(text) if re.fullmatch(r"`[^`\n]+`", text) else _inline(text)
 
 
-def _bars(text: str) -> str:
+def _escape_bars(text: str) -> str:
     """Markdown on one line, its bars escaped."""
     return " ".join(text.split()).replace("|", "\\|")
 
 
-def _wordy(body: list[list[str]], i: int) -> bool:
+def _is_wordy(body: list[list[str]], i: int) -> bool:
     return any(not row[i].lstrip("+-")[:1].isdigit() for row in body if row[i].strip("-–"))
 
 

@@ -94,12 +94,12 @@ def sketch(vehicle: Vehicle, poses: Mounting) -> Figure:
         _draw(axes, view, drawn, standing.tolist(), extent)
     _listing(grid[1, 1], vehicle, poses)
     figure.suptitle(f"{vehicle.name}: arrows show which way positive thrust pushes the vehicle", fontsize=10)
-    _name(grid[0, 0], seen[0], drawn, [vehicle.names[i] for i in standing if vehicle.names], extent)
+    _add_names(grid[0, 0], seen[0], drawn, [vehicle.names[i] for i in standing if vehicle.names], extent)
     return figure
 
 
 def _draw(axes: Axes, view: View, poses: Mounting, thrusters: list[int], extent: float) -> None:
-    points, arrows = _seen(view, poses.positions), _seen(view, poses.directions)
+    points, arrows = _project(view, poses.positions), _project(view, poses.directions)
     facing = view.towards[1] * poses.directions[:, view.towards[0]]
     arrow = {"arrowstyle": "-|>,head_width=0.25,head_length=0.5", "color": BLUE, "linewidth": 1.6}
     for point, along, out in zip(points, arrows, facing, strict=True):
@@ -111,24 +111,24 @@ def _draw(axes: Axes, view: View, poses: Mounting, thrusters: list[int], extent:
             axes.plot(*point, "o", markersize=21, markerfacecolor="none", markeredgecolor=BLUE)
             if out < 0:
                 axes.plot(*point, "x", markersize=15, color=BLUE)
-    for point, numbers in _together(points, 0.02 * extent):
+    for point, numbers in _group_points(points, 0.02 * extent):
         axes.plot(*point, "o", markersize=14, markerfacecolor=PAPER, markeredgecolor=INK, zorder=3)
         text, size = " ".join(str(thrusters[i]) for i in numbers), 7 if len(numbers) < 3 else 5
         axes.text(point[0], point[1], text, ha="center", va="center", fontsize=size, zorder=4)
-    axes.plot(*_seen(view, poses.center[None])[0], "P", color=VERMILION, markersize=7, zorder=4)
-    _frame(axes, view, points, extent)
+    axes.plot(*_project(view, poses.center[None])[0], "P", color=VERMILION, markersize=7, zorder=4)
+    _set_frame(axes, view, points, extent)
 
 
-def _name(axes: Axes, view: View, poses: Mounting, names: list[str], extent: float) -> None:
+def _add_names(axes: Axes, view: View, poses: Mounting, names: list[str], extent: float) -> None:
     """Names beside the thrusters, where they cover neither each other nor circles and arrows."""
-    points, arrows = _seen(view, poses.positions), LONG_ARROW * extent * _seen(view, poses.directions)
+    points, arrows = _project(view, poses.positions), LONG_ARROW * extent * _project(view, poses.directions)
     along = [point + share * arrow for point, arrow in zip(points, arrows, strict=True) for share in ALONG]
     named = [(x, y, name) for (x, y), name in zip(points, names, strict=False)]
     with ignore_missing_letters():
         label_points(axes, [*named, *((x, y, "") for x, y in along)], 6.5, MARK)
 
 
-def _frame(axes: Axes, view: View, points: FloatArray, extent: float) -> None:
+def _set_frame(axes: Axes, view: View, points: FloatArray, extent: float) -> None:
     """Room for the arrows, words at the edges, and metres."""
     middle = (points.max(axis=0) + points.min(axis=0)) / 2
     half = extent * (0.5 + 1.35 * LONG_ARROW)
@@ -173,13 +173,13 @@ def _listing(axes: Axes, vehicle: Vehicle, poses: Mounting) -> None:
         axes.text(0, (len(remarks) - line - 0.5) * 0.045, text, va="center", fontsize=7.5, color=GREY)
 
 
-def _seen(view: View, points: FloatArray) -> FloatArray:
+def _project(view: View, points: FloatArray) -> FloatArray:
     """(n, 2) of points or directions (n, 3) on the page of a view."""
     (right, right_sign), (up, up_sign) = view.right, view.up
     return np.stack([right_sign * points[:, right], up_sign * points[:, up]], axis=1)
 
 
-def _together(points: FloatArray, near: float) -> list[tuple[FloatArray, list[int]]]:
+def _group_points(points: FloatArray, near: float) -> list[tuple[FloatArray, list[int]]]:
     """Points (n, 2) that fall on each other in a view, with the thrusters that sit there."""
     groups: list[tuple[FloatArray, list[int]]] = []
     for i, point in enumerate(points):

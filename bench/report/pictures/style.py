@@ -263,18 +263,18 @@ def label_points(
             cx = x + (radius + width / 2) * cos(angle)
             cy = y + (radius + height / 2) * sin(angle)
             box = Box(cx - width / 2, cy - height / 2, cx + width / 2, cy + height / 2)
-            if _within(box, inside) and not any(box.meets(other) for other in taken):
+            if _is_inside(box, inside) and not any(box.meets(other) for other in taken):
                 taken.append(box)
                 line = mark if radius > CANDIDATES[0][0] + mark else None
-                _write(axes, (x, y), (cx, cy), text, size, line)
+                _write_label(axes, (x, y), (cx, cy), text, size, line)
                 break
 
 
-def _within(box: Box, frame: Box) -> bool:
+def _is_inside(box: Box, frame: Box) -> bool:
     return box.left > frame.left and box.right < frame.right and box.low > frame.low and box.high < frame.high
 
 
-def _write(
+def _write_label(
     axes: Axes,
     point: tuple[float, float],
     centre: tuple[float, float],

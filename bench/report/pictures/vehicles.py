@@ -53,12 +53,15 @@ def reach(run: Run, vehicle: str) -> Figure | None:
 
 
 def _section(axes: Axes, plane: Plane) -> None:
-    axes.fill(*_closed(plane.attainable), facecolor=BLUE, alpha=0.15)
-    axes.plot(*_closed(plane.attainable), color=BLUE, label="attainable")
+    axes.fill(*_close_outline(plane.attainable), facecolor=BLUE, alpha=0.15)
+    axes.plot(*_close_outline(plane.attainable), color=BLUE, label="attainable")
     if plane.closed_form:
-        axes.fill(*_closed(plane.closed_form), facecolor=GREY, alpha=0.3)
+        axes.fill(*_close_outline(plane.closed_form), facecolor=GREY, alpha=0.3)
         axes.plot(
-            *_closed(plane.closed_form), color=GREY, linestyle="--", label="closed form inside the limits"
+            *_close_outline(plane.closed_form),
+            color=GREY,
+            linestyle="--",
+            label="closed form inside the limits",
         )
     for name, (colour, marker) in LABELS.items():
         points = [(x, y) for x, y, label in plane.demands if label == name]
@@ -82,7 +85,7 @@ def _handles(figure: Figure) -> "tuple[list[Artist], list[str]]":
     return list(by_label.values()), list(by_label)
 
 
-def _closed(outline: list[tuple[float, float]]) -> tuple[list[float], list[float]]:
+def _close_outline(outline: list[tuple[float, float]]) -> tuple[list[float], list[float]]:
     points = [*outline, outline[0]]
     return [x for x, _ in points], [y for _, y in points]
 
@@ -122,7 +125,7 @@ def group_curves(curves: list[Curve]) -> list[tuple[list[str], Curve]]:
     # Rounded, since Python 3.12 adds floats otherwise than 3.11: curves that coincide stand by name in both.
     for curve in sorted(curves, key=lambda c: (round(sum(c.error_p50), 12), c.method)):
         for methods, other in groups:
-            if _apart(curve, other) <= WRENCH_TOLERANCE:
+            if _distance(curve, other) <= WRENCH_TOLERANCE:
                 methods.append(curve.method)
                 break
         else:
@@ -130,7 +133,7 @@ def group_curves(curves: list[Curve]) -> list[tuple[list[str], Curve]]:
     return groups
 
 
-def _apart(a: Curve, b: Curve) -> float:
+def _distance(a: Curve, b: Curve) -> float:
     pairs = zip(a.error_p50 + a.error_max, b.error_p50 + b.error_max, strict=True)
     return max(abs(x - y) for x, y in pairs)
 

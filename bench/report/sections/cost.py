@@ -78,7 +78,7 @@ def tails(run: Run, drawn: frozenset[str]) -> str:
         "Quantiles of single calls with 95 % intervals, given only where ten calls lie beyond them. The"
         " slowest call belongs to the machine as much as to the method; *iterations* and *steps* belong to"
         " the method alone (steps: a bound known before the first call).\n",
-        _between_processes(run),
+        _process_note(run),
     ]
     canaries = [row for row in run.rows if row.vehicle == NO_VEHICLE and row.measured.singles]
     if canaries:
@@ -100,10 +100,10 @@ def count_disjoint(rows: Iterable[Row]) -> tuple[int, int]:
     by_row = [[ends for cell in row.measured.cells if (ends := interval(cell.singles, 0.99))] for row in rows]
     several = [intervals for intervals in by_row if len(intervals) > 1]
     gaps = [max(low for low, _ in ends) / min(high for _, high in ends) for ends in several]
-    return sum(gap > BIN for gap in gaps), len(gaps)  # the end of an interval is known to one bin
+    return sum(gap > BIN for gap in gaps), len(gaps)  # a bin is the resolution of an interval's end
 
 
-def _between_processes(run: Run) -> str:
+def _process_note(run: Run) -> str:
     apart, several = count_disjoint(run.rows)
     if not several:
         return ""
@@ -123,11 +123,11 @@ def _tails(rows: list[Row]) -> str:
         counts = [str(v or "") for v in (row.iterations_max, row.worst_case_steps)]
         slowest = three(row.call_max_us)
         calls = str(row.n_single_calls)
-        lines.append([row.label, calls, _with_interval(p99), _with_interval(p999), slowest, *counts])
+        lines.append([row.label, calls, _interval_text(p99), _interval_text(p999), slowest, *counts])
     return table(headers, lines)
 
 
-def _with_interval(values: tuple[float | None, float | None, float | None]) -> str:
+def _interval_text(values: tuple[float | None, float | None, float | None]) -> str:
     middle, low, high = (three(value) for value in values)
     return f"{middle} ({low} … {high})" if middle else ""
 
@@ -153,7 +153,7 @@ def growth(run: Run, drawn: frozenset[str]) -> str:
             _where_it_pays(family) + "\n",
             _table("median [µs], n =", family, Series.times_us),
             _table("allocator [kB], n =", family, Series.kilobytes),
-            _refused(family),
+            _refusals(family),
         ]
     return "\n".join(part for part in parts if part)
 
@@ -178,7 +178,7 @@ def _table(title: str, family: list[Series], of: Callable[[Series], dict[int, fl
     return table((title, *map(str, sizes), "exponent"), lines)
 
 
-def _refused(family: list[Series]) -> str:
+def _refusals(family: list[Series]) -> str:
     reasons: dict[tuple[str, str], list[int]] = defaultdict(list)
     for s in family:
         for n, row in s.rows.items():
@@ -195,7 +195,7 @@ def _refused(family: list[Series]) -> str:
 
 MET, BEYOND, MIXED = "attainable", "not attainable", "some attainable"
 CLIP = "clip"
-"""Practice without optimisation: a method that delivers less than this is named with the number."""
+"""Rule of practice to compare with: the last column says how much less than it a method delivers."""
 
 ON_BOARD = """## On board: the price in C, and what is delivered
 
@@ -208,7 +208,7 @@ may be of another demand.
 """
 
 
-class Priced(NamedTuple):
+class PricedRow(NamedTuple):
     """A row, the kind of its demands, and the row of ``clip`` on the same demands, if there is one."""
 
     kind: str
@@ -218,7 +218,7 @@ class Priced(NamedTuple):
 
 def onboard(run: Run, drawn: frozenset[str]) -> str:
     """A line for each method that is C, over all vehicles; empty where nothing was compiled."""
-    priced = [one for vehicle in run.vehicles for one in _priced(run, vehicle)]
+    priced = [one for vehicle in run.vehicles for one in _priced_rows(run, vehicle)]
     kinds = [kind for kind in (MET, BEYOND, MIXED) if any(one.kind == kind for one in priced)]
     methods = list(dict.fromkeys(one.row.method for one in sorted(priced, key=_by_time)))
     if not methods:
@@ -231,14 +231,14 @@ def onboard(run: Run, drawn: frozenset[str]) -> str:
     for method in methods:
         own = [one for one in priced if one.row.method == method]
         cells = [
-            cell for kind in kinds for cell in _delivered([one for one in own if one.kind == kind], kind)
+            cell for kind in kinds for cell in _delivery_cells([one for one in own if one.kind == kind], kind)
         ]
         lines.append([method, own[0].row.title, *cells, _below_clip(own)])
     vehicles = plural(len({one.row.vehicle for one in priced}), "vehicle")
-    sets = ", ".join(f"{kind}: {_asked(run, priced, kind)}" for kind in kinds)
+    sets = ", ".join(f"{kind}: {_set_names(run, priced, kind)}" for kind in kinds)
     caller = "from the board's driver" if run.by_driver else "from Python"
-    said = ON_BOARD.format(vehicles=vehicles, sets=sets, caller=caller)
-    return said + "\n" + table([*headers, "below clip"], lines)
+    text = ON_BOARD.format(vehicles=vehicles, sets=sets, caller=caller)
+    return text + "\n" + table([*headers, "below clip"], lines)
 
 
 def set_kind(run: Run, vehicle: str, demands: str) -> str:
@@ -250,8 +250,8 @@ def set_kind(run: Run, vehicle: str, demands: str) -> str:
     return BEYOND if beyond == problem.n_demands else MIXED if beyond else MET
 
 
-def _priced(run: Run, vehicle: str) -> Iterable[Priced]:
-    """The rows of C on the vehicle's first set of each kind and on each log, without those that are wrong."""
+def _priced_rows(run: Run, vehicle: str) -> Iterable[PricedRow]:
+    """Correct rows of generated C on the vehicle's first set of each kind and on each log."""
     shown: set[str] = set()
     for demands in run.sets(vehicle):
         kind = set_kind(run, vehicle, demands)
@@ -260,28 +260,31 @@ def _priced(run: Run, vehicle: str) -> Iterable[Priced]:
             continue
         shown.add(kind)
         clip = next((row for row in rows if CLIP in (row.method, row.described.twin)), None)
-        yield from (Priced(kind, row, clip) for row in rows if row.described.twin and is_right(row))
+        yield from (PricedRow(kind, row, clip) for row in rows if row.described.twin and is_right(row))
 
 
-def _delivered(own: list[Priced], kind: str) -> list[str]:
-    """One method on all sets of one kind: time, least share that half of the demands and all get, turn."""
+def _delivery_cells(own: list[PricedRow], kind: str) -> list[str]:
+    """Cells of one method on all sets of a kind: time, share that half and all demands get, angle."""
     rows = [one.row for one in own]
     cells = [number_range(row.call_p50_us for row in rows)]
     if rows and not any(row.answered_share for row in rows):
         cells += ["refused", ""]
     elif refused := [1 - share for row in rows if (share := row.answered_share) is not None and share < 1.0]:
-        cells += [f"refused {percent(max(refused))}", _left(map(largest_loss, rows))]
+        cells += [f"refused {percent(max(refused))}", _delivered_share(map(largest_loss, rows))]
     else:
-        cells += [_left(row.lost_wrench_p50 for row in rows), _left(map(largest_loss, rows))]
+        cells += [
+            _delivered_share(row.lost_wrench_p50 for row in rows),
+            _delivered_share(map(largest_loss, rows)),
+        ]
     turned = [angle for row in rows if (angle := row.direction_error_max_deg) is not None]
-    return cells if kind == MET else [*cells, _angle(turned)]
+    return cells if kind == MET else [*cells, _turn_text(turned)]
 
 
-def _angle(turned: list[float]) -> str:
+def _turn_text(turned: list[float]) -> str:
     return three(drop_rounding(largest(turned)))
 
 
-def _left(losses: Iterable[float | None]) -> str:
+def _delivered_share(losses: Iterable[float | None]) -> str:
     known = [loss for loss in losses if loss is not None]
     if not known:
         return ""
@@ -290,7 +293,7 @@ def _left(losses: Iterable[float | None]) -> str:
     return "> 99.9 %" if lost > WRENCH_TOLERANCE and shown == percent(1.0) else shown
 
 
-def _below_clip(own: list[Priced]) -> str:
+def _below_clip(own: list[PricedRow]) -> str:
     below = [
         mine - clips
         for one in own
@@ -308,12 +311,12 @@ QUANTILES: tuple[Callable[[Row], float | None], ...] = (
 )
 
 
-def _by_time(one: Priced) -> float:
+def _by_time(one: PricedRow) -> float:
     return one.row.call_p50_us or 0.0
 
 
-def _asked(run: Run, priced: list[Priced], kind: str) -> str:
-    """The sets of a kind, and how much was asked of a log or mission: the rest may be of another kind."""
+def _set_names(run: Run, priced: list[PricedRow], kind: str) -> str:
+    """Names of the sets of a kind; of a log or mission, also the number of demands that were asked."""
     asked = {one.row.demands: (one.row.vehicle, one.row.demands) for one in priced if one.kind == kind}
     names = []
     for demands, key in sorted(asked.items()):

@@ -39,15 +39,17 @@ def microcontroller(rows: Sequence[EmulatedRow], processors: Sequence[ProcessorF
         if one.microcontroller
         for each in one.scalars
     ]
-    for (target, scalar), (limits, said) in product(boards, FORMS.items()):
+    for (target, scalar), (limits, words) in product(boards, FORMS.items()):
         own = [
-            row for row in rows if _of(row) == (target, scalar, limits, "one") and row.emulated.instructions
+            row
+            for row in rows
+            if _kernel_form(row) == (target, scalar, limits, "one") and row.emulated.instructions
         ]
         shared = {row.emulated.vehicle for row in own if row.emulated.solver}
         if shared:
             alike = [row for row in own if row.emulated.vehicle in shared]
             board = plain(f"{target}, {scalar}")
-            parts += [f"### {board}, {said}: the most instructions of a call\n", _table(alike)]
+            parts += [f"### {board}, {words}: the most instructions of a call\n", _table(alike)]
     if not parts:
         return ""
     note = (
@@ -60,7 +62,7 @@ def microcontroller(rows: Sequence[EmulatedRow], processors: Sequence[ProcessorF
     return "\n".join(["## Which method on a microcontroller\n", note, *parts])
 
 
-def _of(row: EmulatedRow) -> tuple[str, ...]:
+def _kernel_form(row: EmulatedRow) -> tuple[str, ...]:
     return row.emulated.target, row.emulated.scalar, row.emulated.limits, row.emulated.faults
 
 
@@ -114,7 +116,7 @@ def goals(rows: Sequence[EmulatedRow], processors: Sequence[ProcessorFacts]) -> 
     lines = []
     for vehicle, method, most in GOALS:
         cells = [
-            _counted(by_kernel.get((vehicle, one.name, method, scalar), []), (one.goal or 0.0) * most)
+            _goal_cells(by_kernel.get((vehicle, one.name, method, scalar), []), (one.goal or 0.0) * most)
             for one, scalar in boards
         ]
         if any(any(cell) for cell in cells):
@@ -125,16 +127,16 @@ def goals(rows: Sequence[EmulatedRow], processors: Sequence[ProcessorFacts]) -> 
     return table(headers, lines) if lines else ""
 
 
-def _counted(rows: Sequence[EmulatedRow], most: float) -> tuple[str, str]:
+def _goal_cells(rows: Sequence[EmulatedRow], most: float) -> tuple[str, str]:
     counted = [row for row in rows if row.worst is not None]
     if not counted:
         return "", ""
     worst = max(row.worst or 0 for row in counted)
     stack = max(row.emulated.stack_bytes or 0 for row in counted)
-    return _marked(worst, most), _marked(stack, STACK_BYTES)
+    return _mark_missed(worst, most), _mark_missed(stack, STACK_BYTES)
 
 
-def _marked(value: int, most: float) -> str:
+def _mark_missed(value: int, most: float) -> str:
     return str(value) if value <= most else f"{value}, missed"
 
 
@@ -148,7 +150,7 @@ def summary(run: Run) -> str:
     # Rows come by scalar, then by limits; here scalars don't matter.
     by_kernel = group(emulated, lambda row: _names(row, without_scalar=True))
     for names, own in sorted(by_kernel.items()):
-        worst = [_most(own, target, scalar) for target in targets]
+        worst = [_most_text(own, target, scalar) for target in targets]
         if any(worst):
             lines.append([*names, *worst])
     parts = ["## Instructions on emulated processors\n"]
@@ -165,7 +167,7 @@ def summary(run: Run) -> str:
     return "\n".join([*parts, _failures(failed)] if failed else parts)
 
 
-def _most(own: Sequence[EmulatedRow], target: str, scalar: str) -> str:
+def _most_text(own: Sequence[EmulatedRow], target: str, scalar: str) -> str:
     counts = [r.costliest for r in own if (r.emulated.target, r.emulated.scalar) == (target, scalar)]
     return str(max((count for count in counts if count is not None), default=""))
 
@@ -188,7 +190,7 @@ def instructions(run: Run, drawn: frozenset[str]) -> str:
     known = assumed_cpi(processors)
     for target in dict.fromkeys(row.emulated.target for row in counted):
         own = [row for row in counted if row.emulated.target == target]
-        parts += [f"### {plain(target)}\n", _target(own)]
+        parts += [f"### {plain(target)}\n", _target_table(own)]
         if any(row.emulated.cycles for row in own):
             parts.append(f"Cycles are {PUBLISHED}.\n")
         if target in known and not all(row.emulated.cycles for row in own):
@@ -203,7 +205,7 @@ def instructions(run: Run, drawn: frozenset[str]) -> str:
     return "\n".join([*parts, _failures(failed)] if failed else parts)
 
 
-def _target(counted: Sequence[EmulatedRow]) -> str:
+def _target_table(counted: Sequence[EmulatedRow]) -> str:
     classes = list(dict.fromkeys(row.emulated.demands for row in counted if row.emulated.demands != "search"))
     published = ("cycles",) if any(row.emulated.cycles for row in counted) else ()
     headers = (

@@ -14,7 +14,7 @@ from bench.results.text import percent, plain, table, three
 
 
 def frames(run: Run, drawn: frozenset[str]) -> str:
-    """One sentence a frame: which vehicles have it, and what its axes are."""
+    """One sentence for each frame: its vehicles and its axes."""
     whole: dict[str, list[str]] = {frame: [] for frame in FRAMES}
     for problem in run.record.problems:
         if not problem.study and problem.whole not in whole[problem.frame]:
@@ -28,13 +28,13 @@ def frames(run: Run, drawn: frozenset[str]) -> str:
 
 
 def logs(run: Run, drawn: frozenset[str]) -> str:
-    """A line for each remark; empty without logs."""
+    """A line for each remark on how the logs were read; empty without logs."""
     lines = [f"- {plain(line)}\n" for line in run.record.said]
     return "\n".join(["How the logs were understood:\n", "".join(lines)]) if lines else ""
 
 
 def slowest(run: Run, drawn: frozenset[str]) -> str:
-    """A table of the slowest call of each method on each demand set, and what was asked in it."""
+    """Table of the slowest call of each method on each demand set, with its demand."""
     lines = []
     for row in run.rows:
         known = [cell for cell in row.measured.cells if cell.worst and cell.singles]
@@ -49,7 +49,7 @@ def slowest(run: Run, drawn: frozenset[str]) -> str:
 
 
 def memory(run: Run, drawn: frozenset[str]) -> str:
-    """A table: peak memory of each method's process, also over an empty one's, and the time of its import."""
+    """Table of the peak memory of each method's process, also over an empty one's, and its import time."""
     by_method = group(run.rows, attrgetter("method"))
     peaks = {
         name: largest(row.peak_rss_MB for row in by_method[name])
@@ -159,7 +159,7 @@ NOISY = """- More than one row in ten was measured while the machine was disturb
 
 
 def limits(run: Run, drawn: frozenset[str]) -> str:
-    """The limits of every run, and those of this one."""
+    """Limits of validity, of every run and of this one."""
     noisy = run.disturbed > NOISY_SHARE * len(run.measured)
     virtual = run.record.header.machine.get("virtual")
     cut = "".join(f"- {sentence}\n" for sentence in cut_log_notes(run, plain))
@@ -175,8 +175,8 @@ def agreement(run: Run, drawn: frozenset[str]) -> str:
         " Distances are to the optimum of the same formulation, over the largest thrust limit"
         f"{'; where they matter, less what rounding of a demand explains' if run.by_driver else ''}.\n",
         _agreement([row for row in run.rows if not row.failed]),
-        _wrong([row for row in run.rows if has_wrong_answer(row)]),
-        _unmeasured([row for row in run.rows if row.failed]),
+        _wrong_rows([row for row in run.rows if has_wrong_answer(row)]),
+        _unmeasured_rows([row for row in run.rows if row.failed]),
     ]
     return "\n".join(part for part in parts if part)
 
@@ -202,7 +202,7 @@ def _agreement(rows: list[Row]) -> str:
     return table(headers, lines) if lines else ""
 
 
-def _wrong(rows: list[Row]) -> str:
+def _wrong_rows(rows: list[Row]) -> str:
     if not rows:
         return "No row disagrees, and no answer is wrong.\n"
     where: dict[tuple[str, str, str], list[str]] = defaultdict(list)
@@ -217,7 +217,7 @@ def _distance(row: Row) -> str:
     return f"{three(row.distance_relative) or '-'}, {three(row.tolerance) or '-'}"
 
 
-def _unmeasured(rows: list[Row]) -> str:
+def _unmeasured_rows(rows: list[Row]) -> str:
     if not rows:
         return "No row is without a measurement.\n"
     where: dict[tuple[str, str, str], dict[str, list[str]]] = defaultdict(lambda: defaultdict(list))
@@ -234,7 +234,7 @@ def _unmeasured(rows: list[Row]) -> str:
         ]
         for (label, status, reason), places in where.items()
     ]
-    if absent:  # how to get each; one line says it for all
+    if absent:  # one line says how to get all of them
         methods = ", ".join(dict.fromkeys(row.method for row in absent))
         lines.append(
             [methods, "everywhere", "missing", "; ".join(dict.fromkeys(row.reason for row in absent))]

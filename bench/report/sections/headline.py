@@ -1,4 +1,4 @@
-"""Report sections that open it: method to take, cost of exactness and limits, methods to compare."""
+"""Report sections at its beginning: method to take, cost of exactness and limits, methods to compare."""
 
 from collections.abc import Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
@@ -45,15 +45,15 @@ from bench.results.text import number_range, plain, plural, table, three
 
 def opening(run: Run, drawn: frozenset[str]) -> str:
     """The verdicts at the usual control rate, the machine's noise, and the picture of both sides."""
-    said = usual_verdicts(run)
-    if not said:
+    sentences = usual_verdicts(run)
+    if not sentences:
         return ""
     name = machine_name(run.record.header.machine)
     cut = "".join(f" {sentence}" for sentence in cut_log_notes(run, plain))
-    said += [*weak_notes(run), *rank_notes(run), *fuse_notes(run), *rate_note(run)]
+    sentences += [*weak_notes(run), *rank_notes(run), *fuse_notes(run), *rate_note(run)]
     return "\n".join(
         [
-            "\n".join(f"- {plain(sentence)}" for sentence in said) + "\n",
+            "\n".join(f"- {plain(sentence)}" for sentence in sentences) + "\n",
             f"How sure: {plain(name)} was {plain(trust_note(run))}"
             f" Another rate than {opening_loop(run).rate_hz:g} Hz: `thrustbench size DIR --rate HZ`.{cut}\n",
             picture("overview.svg", "what a call costs, and what is lost without limits", drawn),
@@ -72,10 +72,10 @@ def headline(run: Run, drawn: frozenset[str]) -> str:
 
 
 def exact_row(rows: list[Row]) -> Row | None:
-    """The exact row that the headline is about, of rows sorted by time; None without any.
+    """Exact row for the headline, of rows sorted by time; None without any.
 
-    C of ``nullspace``, else ``nullspace``, else the first: the fastest of several that are as fast within
-    noise would be the luckiest.
+    C of ``nullspace``, else ``nullspace``, else the first: of several that are equally fast within
+    noise, the fastest is the luckiest.
     """
     exact = [row for row in rows if is_exact(row) and not row.unlimited]
     usual = EXACT_METHODS[0]
@@ -83,7 +83,7 @@ def exact_row(rows: list[Row]) -> Row | None:
 
 
 def fastest_solver(rows: list[Row], *, as_c: bool = False) -> Row | None:
-    """The first exact row that calls a QP solver, by its binding or as its own C, of rows sorted by time."""
+    """First exact row that calls a QP solver (``as_c``: its generated C), of rows sorted by time."""
     called = (row for row in rows if row.described.solver and (row.family == Family.GENERATED) == as_c)
     return next((row for row in called if is_exact(row)), None)
 
@@ -93,7 +93,7 @@ def row_of_method(rows: list[Row], method: str) -> Row | None:
     return next((row for row in rows if row.method == method), None)
 
 
-def _typical(run: Run) -> list[list[Row]]:
+def _main_rows(run: Run) -> list[list[Row]]:
     return [best_rows(run, *each) for each in run.main_sets]
 
 
@@ -106,7 +106,7 @@ def _cost(run: Run) -> str:
     over: dict[str, Pairs] = {method: [] for method in CLOSED_FORMS}
     over_solver: Pairs = []
     over_c: Pairs = []
-    for rows in _typical(run):
+    for rows in _main_rows(run):
         row, solver = exact_row(rows), fastest_solver(rows)
         time, solver_us = _us(row), _us(solver)
         if row is None or time is None:
@@ -127,15 +127,15 @@ def _cost(run: Run) -> str:
         f" {number_range(exact_us)} µs a call on {plural(len(vehicles), 'vehicle')}"
         f" ({_code(max(set(names), key=names.count))}, medians)"
     )
-    comparisons = [_beside(over[m], words) for m, words in CLOSED_FORMS.items() if over[m]]
+    comparisons = [_ratio_sentence(over[m], words) for m, words in CLOSED_FORMS.items() if over[m]]
     if comparisons:
         text += f"; that is {' and '.join(comparisons)}, which know no limits"
     if over_solver:
-        text += f"; the fastest QP solver that is as exact {_longer(over_solver)}, called through Python"
+        text += f"; the fastest QP solver that is as exact {_factor_text(over_solver)}, called through Python"
     if own_clock:
         text += f" ({number_range(own_clock)} % of it by its own clock)"
     if over_c:
-        text += f"; a solver's own C that is as exact {_longer(over_c)}"
+        text += f"; a solver's own C that is as exact {_factor_text(over_c)}"
     found = [ends for pairs in (*over.values(), over_solver, over_c) if (ends := ratio_interval(pairs))]
     if not found:
         return f"{text}."
@@ -144,9 +144,9 @@ def _cost(run: Run) -> str:
 
 
 def ratio_text(pairs: Pairs) -> str:
-    """``1.2 to 1.4``, the ends of ``ratio_interval``; empty where they hold 1, so that nothing is told.
+    """``1.2 to 1.4``, the ends of ``ratio_interval``; empty where 1 lies between them.
 
-    Ends have two digits, rounded away from each other.
+    Ends have two digits, the lower one rounded down and the upper one up.
     """
     ends = ratio_interval(pairs)
     if ends is None or ends.low <= 1.0 <= ends.high:
@@ -158,12 +158,12 @@ def ratio_text(pairs: Pairs) -> str:
     return " to ".join(dict.fromkeys(shown))
 
 
-def _beside(pairs: Pairs, other: str) -> str:
+def _ratio_sentence(pairs: Pairs, other: str) -> str:
     ratio = ratio_text(pairs)
     return f"{ratio} times the time of {other}" if ratio else f"as fast as {other}, within noise"
 
 
-def _longer(pairs: Pairs) -> str:
+def _factor_text(pairs: Pairs) -> str:
     ratio = ratio_text(pairs)
     return f"takes {ratio} times as long" if ratio else "is as fast, within noise"
 
@@ -171,7 +171,7 @@ def _longer(pairs: Pairs) -> str:
 def _loss(run: Run) -> str:
     served, lost, turned, asked, hopeless = [], [], [], 0, False
     counts: list[Served] = []
-    for rows in _typical(run):
+    for rows in _main_rows(run):
         pinv = row_of_method(rows, "pinv")
         if pinv is not None:
             served += [100 * share for share in _numbers(served_share(run, pinv.vehicle, pinv))]
@@ -190,12 +190,12 @@ def _loss(run: Run) -> str:
     some = ", some of which no thrusts meet," if hopeless else ""
     where = f"on the {asked} demands asked{some}"
     worst = [loss for count in counts for loss in (count.sample, count.corners) if loss]
-    logs = any(run.is_log(*each) for each in run.main_sets)  # whose demands matter more than any drawn
+    logs = any(run.is_log(*each) for each in run.main_sets)  # a log's demands matter more than drawn ones
     if not logs and 0 < len(served) == len(counts) and all(count.sample for count in counts):
         lost = [loss.missed_max for loss in worst]
         turned = [loss.turned_max_deg for loss in worst if loss.turned_max_deg is not None]
-        where = _of_what(counts)
-    if turned and max(lost, default=0.0) > SERVED_WITHIN:  # else no demand was asked that is not served
+        where = _drawn_demands_text(counts)
+    if turned and max(lost, default=0.0) > SERVED_WITHIN:  # else every demand that was asked is served
         who = "it" if served else "f = T* τ"
         parts.append(
             f"{where} what {who} delivers, cut at the limits, misses up to {three(100 * max(lost))} % of the"
@@ -205,8 +205,8 @@ def _loss(run: Run) -> str:
     return f"{text[:1].upper()}{text[1:]}." if text else ""
 
 
-def _of_what(counts: Sequence[Served]) -> str:
-    """The demands whose worst is told, in words."""
+def _drawn_demands_text(counts: Sequence[Served]) -> str:
+    """Name of the demands whose worst loss a sentence gives."""
     n = max(count.n_demands for count in counts)
     corners = [count.corners for count in counts if count.corners]
     if not corners:
@@ -225,10 +225,10 @@ def _trust(run: Run) -> str:
     text = f"Every timed answer was judged. Of {len(rows)} rows {len(rows) - failed - wrong} are right"
     if short:
         text += f" ({short} of them of optimising methods that stop short of some demand that can be met)"
-    return f"{text}, {wrong} wrong, {failed} not measured.{_unfinished(run)}"
+    return f"{text}, {wrong} wrong, {failed} not measured.{_stop_note(run)}"
 
 
-def _unfinished(run: Run) -> str:
+def _stop_note(run: Run) -> str:
     events = run.record.events
     stopped = events and events[-1].what != "finished"
     return (
@@ -256,15 +256,15 @@ MEDIANS = " A median is over batches of calls: on a log, whose calls differ, it 
 
 
 def candidates(run: Run, drawn: frozenset[str]) -> str:
-    """A table for each vehicle and log: what none beats in time and loss, and what it is held against."""
+    """A table for each vehicle and log: methods that no other beats in time and loss, and references."""
     parts = []
     first = first_methods(opening_sizes(run))
     for vehicle in run.vehicles:
         for demands in run.leading_sets(vehicle):
             measured = best_rows(run, vehicle, demands)
             rows = shortlist(measured, first.get(vehicle, ""))
-            gone = unmeasured_plugins(run, vehicle, demands)
-            lines = [*(_candidate(run, row) for row in rows), *map(_not_measured, gone)]
+            unmeasured = unmeasured_plugins(run, vehicle, demands)
+            lines = [*(_candidate(run, row) for row in rows), *map(_unmeasured_line, unmeasured)]
             if lines:
                 words = weak_words(run, vehicle)
                 weak = [f"weak: {plain(words)}; labels and losses are of all that counts.\n"] if words else []
@@ -289,7 +289,7 @@ def candidates(run: Run, drawn: frozenset[str]) -> str:
 
 
 def answers(row: Row) -> str:
-    """Answers of a row in words; near an optimum where only a solver's tolerance misses it."""
+    """Words for a row's answers; ``near`` an optimum if only a solver's tolerance keeps it away."""
     title = row.title
     if not is_right(row):
         return f"wrong: {objection(row)}"
@@ -303,8 +303,8 @@ def omission_note(n: int) -> list[str]:
     return [f"Not shown: {plural(n, 'method')}, in `details.md`.\n"] if n else []
 
 
-def _not_measured(row: Row) -> list[str]:
-    also = f"; wrong: {row.wrong}" if row.wrong else ""  # of what it was asked beside
+def _unmeasured_line(row: Row) -> list[str]:
+    also = f"; wrong: {row.wrong}" if row.wrong else ""  # on another set
     return [row.label, f"{row.status}: {row.reason}{also}", *[""] * (len(HEADERS) - 2)]
 
 

@@ -34,7 +34,7 @@ def losses(run: Run, drawn: frozenset[str]) -> str:
 def _vehicle(run: Run, vehicle: str) -> list[str]:
     asked = run.sets(vehicle)
     by_set = {name: {row.label: row for row in run.select(vehicle, name) if not row.failed} for name in asked}
-    # On inactive demands the closed forms are the optimum, so no method loses anything by design.
+    # On inactive demands the closed forms are the optimum, so no method loses anything there.
     hard = [name for name in asked if name != "inactive"] or asked
     leading = [name for name in run.leading_sets(vehicle) if name in hard] or hard[:1]
     shown: dict[str, Row] = {}
@@ -44,12 +44,14 @@ def _vehicle(run: Run, vehicle: str) -> list[str]:
         known = {row.method for row in shown.values()}
         shown.update({row.label: row for row in best_rows(run, vehicle, name) if row.method not in known})
 
-    def kept(label: str, sets: list[str]) -> bool:
-        return all(_keeps(by_set[name].get(label)) for name in sets if name != "infeasible")
+    def is_lossless(label: str, sets: list[str]) -> bool:
+        return all(_is_lossless(by_set[name].get(label)) for name in sets if name != "infeasible")
 
-    keeping = [row for row in shown.values() if kept(row.label, asked)]
-    # One that gives up on easy demands alone would have a row without a loss.
-    sets = asked if any(kept(row.label, hard) and row not in keeping for row in shown.values()) else hard
+    lossless = [row for row in shown.values() if is_lossless(row.label, asked)]
+    # Else a method that gives up on easy demands alone has a line in which it loses nothing.
+    sets = (
+        asked if any(is_lossless(row.label, hard) and row not in lossless for row in shown.values()) else hard
+    )
     counted = {row.label: served_count(run, row) for row in shown.values()}
     n_drawn = max(
         (served.sample.n_demands for served in counted.values() if served and served.sample), default=0
@@ -59,8 +61,8 @@ def _vehicle(run: Run, vehicle: str) -> list[str]:
         alike = [other for name in leading if (other := by_set[name].get(row.label))]
         cells = (
             count_answers(own for name in asked if (own := by_set[name].get(row.label))),
-            *(_lost(by_set[name].get(row.label)) for name in sets),
-            *([_drawn(counted[row.label])] if n_drawn else []),
+            *(_loss_text(by_set[name].get(row.label)) for name in sets),
+            *([_drawn_loss_text(counted[row.label])] if n_drawn else []),
             three(drop_rounding(largest(other.direction_error_max_deg for other in alike))),
             percent(drop_rounding(largest(other.limits_violated_share for other in alike))),
             percent(drop_rounding(largest(other.effort_over_optimum_max for other in alike))),
@@ -80,24 +82,24 @@ def _vehicle(run: Run, vehicle: str) -> list[str]:
     body: list[list[str]] = []
     notes: list[str] = []
     for cells, rows in lines.items():
-        names = _together(rows)
+        names = _names_text(rows)
         if len(rows) > MOST:  # a cell that long makes a table nobody can read
             notes.append(f"({len(notes) + 1}) {plain(names)}.\n")
             names = f"{len(rows)} methods ({len(notes)})"
         body.append([names, *cells])
-    return [f"### {plain(vehicle)}\n", table(headers, body), *notes, *nothing_lost(run, vehicle, keeping)]
+    return [f"### {plain(vehicle)}\n", table(headers, body), *notes, *lossless_notes(run, vehicle, lossless)]
 
 
-def nothing_lost(run: Run, vehicle: str, keeping: Sequence[Row]) -> list[str]:
-    """Sentences on methods that lose nothing attainable of the sets, with what else each was asked.
+def lossless_notes(run: Run, vehicle: str, lossless: Sequence[Row]) -> list[str]:
+    """Sentences that name the methods without a loss on attainable demands, by the demands asked.
 
-    A method that was asked demands drawn evenly, and lost some of one, is left out.
+    A method that lost part of a demand drawn evenly is left out.
     """
-    counted = {row.label: served_count(run, row) for row in keeping}
+    counted = {row.label: served_count(run, row) for row in lossless}
     problems = [p for p in run.record.problems if p.vehicle == vehicle]
     n = sum(p.labels.get("inactive", 0) + p.labels.get("active", 0) for p in problems)
     here = f"the {n:,} attainable demands above" if n else "all attainable demands above"
-    said: dict[str, list[str]] = {}
+    texts: dict[str, list[str]] = {}
     for label, served in counted.items():
         if served is None:
             text = f"Of {here}, the only ones asked, nothing is lost by {{}}."
@@ -107,25 +109,25 @@ def nothing_lost(run: Run, vehicle: str, keeping: Sequence[Row]) -> list[str]:
         else:
             drawn = f"of {served.sample.n_demands:,} drawn evenly from what {vehicle} can do"
             text = f"Of {here} and {drawn}, nothing is lost by {{}}."
-        if served is None or not loses(served):
-            said.setdefault(text, []).append(label)
-    return [f"{plain(text.format(', '.join(labels)))}\n" for text, labels in said.items()]
+        if served is None or not has_loss(served):
+            texts.setdefault(text, []).append(label)
+    return [f"{plain(text.format(', '.join(labels)))}\n" for text, labels in texts.items()]
 
 
-def loses(served: Served) -> bool:
-    """True if a demand that was drawn lost some of its wrench; of an older record, more than 1 % of it."""
+def has_loss(served: Served) -> bool:
+    """True if part of a drawn demand was not delivered; in an older record, more than 1 % of one."""
     if served.sample is None:
         return served.within_1pct < served.n_demands
     return served.sample.missed_max > WRENCH_TOLERANCE
 
 
-def _drawn(served: Served | None) -> str:
+def _drawn_loss_text(served: Served | None) -> str:
     if served is None or served.sample is None:
         return "not asked"
     return percent(drop_rounding(served.sample.missed_max))
 
 
-def _together(rows: list[Row]) -> str:
+def _names_text(rows: list[Row]) -> str:
     """Names of several rows: ``clip, pinv``, or for solvers of one family ``soft QP by daqp, osqp``."""
     solvers, families = [row.described.solver for row in rows], {row.family for row in rows}
     if len(rows) == 1 or len(families) > 1 or not all(solvers):
@@ -133,18 +135,18 @@ def _together(rows: list[Row]) -> str:
     return f"{families.pop()} by {', '.join(solvers)}"
 
 
-def _keeps(row: Row | None) -> bool:
+def _is_lossless(row: Row | None) -> bool:
     """True if every attainable demand of the row was answered and met inside the limits."""
     if row is None or row.limits_violated_share:
         return False
     missed = [judged.missed_max for judged in row.measured.judged if judged.missed_max is not None]
     if missed:
         return max(missed) <= WRENCH_TOLERANCE
-    lost = row.lost_wrench_max  # of an older record, or a set without attainable demands
+    lost = row.lost_wrench_max  # older records and sets without attainable demands
     return lost is not None and lost <= WRENCH_TOLERANCE and row.answered_share == 1.0
 
 
-def _lost(row: Row | None) -> str:
+def _loss_text(row: Row | None) -> str:
     if row is None or row.answered_share is None:
         return ""
     if not row.answered_share:
@@ -185,7 +187,7 @@ def moving(run: Run, drawn: frozenset[str]) -> str:
 
 
 def sequences(run: Run) -> list[Problem]:
-    """The problems that this section is about, in the order of vehicles and sets."""
+    """Problems whose demands are a sequence or have limits of their own, by vehicle and set."""
     wanted = [p for p in run.record.problems if p.moving or p.rate_hz is not None]
     return [p for p in wanted if p.vehicle in run.by_vehicle and run.select(p.vehicle, p.demands)]
 
@@ -250,7 +252,7 @@ def mission(run: Run, drawn: frozenset[str]) -> str:
     parts = []
     for vehicle in run.vehicles:
         before = {row.method: row for row in best_rows(run, vehicle, BEFORE)}
-        for degraded in _degraded(run, vehicle):
+        for degraded in _degraded_vehicles(run, vehicle):
             after = {row.method: row for row in best_rows(run, degraded, AFTER)}
             lines = [[name, *_changes(row, after[name])] for name, row in before.items() if name in after]
             if lines:
@@ -259,15 +261,15 @@ def mission(run: Run, drawn: frozenset[str]) -> str:
         return ""
     title = (
         "## Through a failure\n\n"
-        f"{_flown(run)} of waypoints in a current, then as many after the thruster whose loss costs most"
-        " (and no rank, where that can be had) has failed. Each method answers the same demands; one"
+        f"{_flight_length(run)} of waypoints in a current, then as many after the thruster whose loss costs"
+        " most (and no rank, where that can be had) has failed. Each method answers the same demands; one"
         " without an answer is lost whole.\n"
     )
     return "\n".join([title, *parts])
 
 
-def _flown(run: Run) -> str:
-    """Number of demands of the flight that were asked, of how many, and their time."""
+def _flight_length(run: Run) -> str:
+    """Number of the flight's demands that were asked, out of how many, and their duration."""
     halves = [p for p in run.record.problems if p.demands in (BEFORE, AFTER)]
     if not halves:
         return "0 demands"
@@ -280,8 +282,8 @@ def _flown(run: Run) -> str:
     return f"{demands} demands ({' of '.join(seconds)} s)"
 
 
-def _degraded(run: Run, vehicle: str) -> list[str]:
-    """Vehicles that are this one with a single fault, and were flown."""
+def _degraded_vehicles(run: Run, vehicle: str) -> list[str]:
+    """Names of this vehicle's versions with a single fault that have a mission."""
     flown = {row.vehicle for row in run.rows if row.demands == AFTER}
     return sorted(
         name for name in flown if run.whole(name) == vehicle and len(run.problems[name].faults) == 1
@@ -290,13 +292,13 @@ def _degraded(run: Run, vehicle: str) -> list[str]:
 
 def _changes(before: Row, after: Row) -> list[str]:
     within = [percent(row.within_1pct_share) for row in (before, after)]
-    lost = [percent(_lost_whole(row)) for row in (before, after)]
+    lost = [percent(_mission_loss(row)) for row in (before, after)]
     turned = [three(drop_rounding(row.direction_error_max_deg, ROUNDING_DEG)) for row in (before, after)]
     return [*within, *lost, *turned]
 
 
-def _lost_whole(row: Row) -> float | None:
-    # A demand without an answer delivers nothing.
+def _mission_loss(row: Row) -> float | None:
+    # A demand without an answer counts as lost whole.
     if (row.answered_share or 0.0) < 1.0:
         return 1.0
     return drop_rounding(row.lost_wrench_max)
