@@ -1,10 +1,8 @@
 """Counts the C that accuses thrusters, on processors that are emulated."""
 
-import tempfile
 from collections.abc import Iterator
-from pathlib import Path
+from functools import partial
 
-import msgspec
 import numpy as np
 
 from alloc import Vehicle
@@ -13,8 +11,8 @@ from alloc.c import Target, accusations, monitor
 from alloc.lint.isolation import assumed_noise
 from alloc.methods import recipe
 from alloc.program import Faults, Scalar, Where
-from bench.chips.count import CallCounts, count
-from bench.chips.image import link
+from bench.chips.call_sets import count_sets
+from bench.chips.count import CallCounts
 from bench.chips.kernels import Kernel
 from bench.chips.processors import Processor
 from bench.record import Emulated
@@ -70,23 +68,7 @@ def calls(vehicle: Vehicle, n: int, seed: int) -> dict[str, FloatArray]:
 
 def rows(row: Emulated, made: Kernel, vehicle: Vehicle, processor: Processor, n: int) -> Iterator[Emulated]:
     """A row for each set of n calls; raises as ``link`` of an image."""
-    with tempfile.TemporaryDirectory(prefix="thrustbench-") as folder:
-        image = link(made, processor, Path(folder))
-        for name, asked in calls(vehicle, n, row.seed).items():
-            counted = count(image, asked)
-            values, often = np.unique(counted.instructions, return_counts=True)
-            agrees, apart = agreement(vehicle, asked, counted)
-            yield msgspec.structs.replace(
-                row,
-                demands=name,
-                flash_bytes=image.flash_bytes,
-                ram_static_bytes=image.ram_static_bytes,
-                instructions=list(zip(values.tolist(), often.tolist(), strict=True)),
-                worst=asked[int(counted.instructions.argmax()), : vehicle.n].tolist(),
-                stack_bytes=int(counted.stack_bytes.max()),
-                agrees=agrees,
-                distance_rel_max=apart,
-            )
+    yield from count_sets(row, made, processor, calls(vehicle, n, row.seed), partial(agreement, vehicle))
 
 
 def agreement(vehicle: Vehicle, asked: FloatArray, counted: CallCounts) -> tuple[bool, float]:

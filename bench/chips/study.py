@@ -14,7 +14,7 @@ from alloc import NotApplicable, Status, Vehicle
 from alloc.allocation import FloatArray, IndexArray
 from alloc.errors import NotInstalled
 from alloc.program import Faults, Scalar, Where
-from bench.chips import esc, monitor, search
+from bench.chips import cap, esc, monitor, search
 from bench.chips.agreement import agreement
 from bench.chips.bounds import Unbounded, bound, least_instructions
 from bench.chips.count import CallCounts, count
@@ -33,7 +33,7 @@ from bench.record import SERVED_WITHIN, Emulated, Header
 from bench.record.file import Writer
 
 CLASSES = ("inactive", "active", "boundary", "infeasible", "mission", "jolts")
-BESIDE = {esc.METHOD: esc, monitor.METHOD: monitor}
+BESIDE = {cap.METHOD: cap, esc.METHOD: esc, monitor.METHOD: monitor}
 """C beside that of a method, which is counted on calls of its own."""
 SEARCH = "search"
 EXTREMES = 200

@@ -14,7 +14,7 @@ from bench.commands import FAULTS, PATH, RUNS, unread_output
 )
 @click.option("--target", "targets", multiple=True, metavar="T", help="A processor's name [all].")
 @click.option(
-    "--method", "methods", multiple=True, metavar="M", help="A method that has C [all], esc or monitor."
+    "--method", "methods", multiple=True, metavar="M", help="A method that has C [all], esc, monitor, cap."
 )
 @click.option("--demands", multiple=True, metavar="D", help="A demand set's name [one a class, a mission].")
 @click.option("--double", "scalars", flag_value="double", help="Double precision only.")
