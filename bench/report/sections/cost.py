@@ -200,11 +200,11 @@ CLIP = "clip"
 ON_BOARD = """## On board: the price in C, and what is delivered
 
 Over {vehicles}; demands {sets}. Times are medians of a call of the
-generated C {caller}. *Delivered* is the share of the demanded wrench that arrives, each thruster clipped to
-its limits: in the median, and of the worst demand; it is negative where thrusters push more than was asked,
-as some must that can't stop. *Turned* is the largest angle between the two wrenches. *Below clip* is how much
-less is delivered than by `clip`, the largest of three differences: in the median, at 99 % and at worst, which
-may be of another demand.
+generated C {caller}. *Delivered* is the share of the demanded wrench that thrusters make within their limits,
+in the median (half) and for the worst demand (all); it is negative where thrusters that can't stop push more
+than was asked. *Turned* is the largest angle between demanded and delivered wrench. *Below clip* is how much
+less a method delivers than `clip`: the largest difference of their medians, 99 % quantiles and worst losses;
+the two worst demands may differ.
 """
 
 

@@ -278,11 +278,11 @@ def candidates(run: Run, drawn: frozenset[str]) -> str:
     own = any(method.plugin for method in run.record.methods)
     logs = any(run.is_log(*each) for each in run.main_sets)
     which = (
-        "What to take first, what no other method beats in both time and loss, the fastest exact one in plain"
-        " Python and by a solver, and the closed form and the rule of practice to compare them with."
-        " *Served* is the share of what the vehicle can do that is delivered within 1 %;"
-        " memory is of the process."
-        f"{' What you brought has a row whatever it is worth.' if own else ''}"
+        "Listed are the method to take first, the methods that no other beats in both time and loss, the"
+        " fastest exact method in plain Python and the fastest by a solver, for comparison the closed form"
+        " and the rule of practice. *Served* is the share of what the vehicle can do that is delivered"
+        " within 1 %. Memory is the process's peak."
+        f"{' Your own methods are always listed.' if own else ''}"
         f"{MEDIANS if logs else ''}\n"
     )
     return "\n".join(["## Methods worth considering\n", which, *parts])

@@ -6,8 +6,8 @@ from bench.results.text import percent, plain, table, wrench_text
 
 MIXER = """## Your autopilot, and the exact answer
 
-The factors in the autopilot's table know neither positions nor limits. `thrustbench check --autopilot key`
-names the reasons, docs/autopilot.md what can be done.
+The factors in the autopilot's table contain neither positions nor limits. `thrustbench check --autopilot key`
+lists the reasons; docs/autopilot.md has remedies.
 """
 
 

@@ -88,7 +88,7 @@ def test_what_is_below_clip_is_the_difference_of_what_both_deliver_and_is_called
     below = float(lines["shrink@native"][-1].removesuffix(" %"))
     assert abs(below - (delivered[0] - delivered[1])) < 0.1  # of numbers with three digits
     said = " ".join(section(read_run(tmp_path), frozenset()).split())
-    assert "which may be of another demand" in said
+    assert "the two worst demands may differ" in said
 
 
 def test_a_method_that_gives_no_thrusts_beyond_the_limits_refuses(tmp_path: Path) -> None:

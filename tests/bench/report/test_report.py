@@ -305,7 +305,7 @@ def test_what_the_user_brought_has_a_row_of_the_report_whatever_it_is_worth(tmp_
         ("gone", "failed: ZeroDivisionError"),
     ):
         assert re.search(rf"^\| {name} +\| {says}", text, re.M), text
-    assert "What you brought has a row" in text
+    assert "Your own methods are always listed" in text
 
 
 @pytest.mark.parametrize(
