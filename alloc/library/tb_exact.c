@@ -254,10 +254,12 @@ struct edge {
     tb_real n0, n1, u;
 };
 
-static struct edge edge_of(int row, tb_real n0, tb_real n1, tb_real u)
+static void hold(struct edge *one, int row, tb_real n0, tb_real n1, tb_real u)
 {
-    const struct edge made = {row, n0, n1, u};
-    return made;
+    one->row = row;
+    one->n0 = n0;
+    one->n1 = n1;
+    one->u = u;
 }
 
 /* Two dimensions: the steps of `active_set` in closed form, with no, one or two rows held. */
@@ -282,7 +284,7 @@ static int plane(const struct tb_allocator *a, struct tb_thrusts *t, int begin, 
                 const tb_real step = excess * per;
                 z[0] += step * n0;
                 z[1] += step * n1;
-                first = edge_of(chosen, n0, n1, cost + step);
+                hold(&first, chosen, n0, n1, cost + step);
                 held |= 1UL << chosen;
                 q = done = 1;
                 continue;
@@ -305,7 +307,9 @@ static int plane(const struct tb_allocator *a, struct tb_thrusts *t, int begin, 
                 held &= ~(1UL << (out ? first.row : second.row));
                 first.u -= step * c;
                 second.u -= step * d;
-                first = out ? second : first;
+                if (out) {
+                    hold(&first, second.row, second.n0, second.n1, second.u);
+                }
                 cost += step;
                 q = 1;
                 continue;
@@ -335,7 +339,7 @@ static int plane(const struct tb_allocator *a, struct tb_thrusts *t, int begin, 
                 held &= ~(1UL << first.row);
                 q = 0;
             } else {
-                second = edge_of(chosen, n0, n1, cost);
+                hold(&second, chosen, n0, n1, cost);
                 held |= 1UL << chosen;
                 q = 2;
                 done = 1;
