@@ -12,7 +12,7 @@ from alloc.library import K_MAX, calls, files
 from alloc.vehicle.geometry import DOF
 
 ROOM = 1 << 20
-"""Bytes that hold a ``struct tb_allocator`` of any size here."""
+"""Bytes that hold an array of ``struct tb_allocator`` with room for all parts."""
 
 
 @cache
@@ -26,6 +26,7 @@ class Survey(ctypes.Structure):
     _fields_ = (
         *((key, ctypes.c_void_p) for key in ("T", "poses", "axis")),
         *((key, ctypes.c_double) for key in ("mm", "deg", "relative", "weak")),
+        ("room", ctypes.c_int),
     )
 
 
@@ -35,7 +36,7 @@ def survey_of(vehicle: Vehicle) -> tuple[Survey, list[object]]:
     poses = None if vehicle.poses is None else np.ascontiguousarray(vehicle.poses)
     arrays = [_pointer(vehicle.T), _pointer(poses), ctypes.cast(axes, ctypes.c_void_p)]
     tolerances = known.mm, known.deg, known.relative or 0.0, vehicle.weak_limit or 0.0
-    return Survey(*arrays, *tolerances), [vehicle, poses, axes]
+    return Survey(*arrays, *tolerances, vehicle.k - 1), [vehicle, poses, axes]
 
 
 class Allocator:

@@ -85,6 +85,8 @@ struct tb_allocator {
     tb_real along[TB_ENTRIES_MAX];
     tb_real inner; /* least of the vehicle's limits: no margin is less */
     int gone; /* directions that a demand must not ask for: rows of `lost`, none of them weak */
+    int parts; /* allocators behind this one in its array, each of one direction less: tb_strong */
+    tb_real w; /* share to which the next one's direction counts */
 };
 
 #ifdef __cplusplus
@@ -118,18 +120,23 @@ int tb_without(struct tb_allocator *a, unsigned long mask);
  * relative   tolerance of T's entries, a share of the largest of their row, in place of mm and deg; 0: those. Of columns
  *            that are no thrust along a line it is 0.01 then
  * weak       share of the strongest direction up to which one is weak, in place of all these, up to 0.5; 0: these decide
+ * room       number of allocators that stand behind the one to prepare in its array, k - 1 at most
  */
 struct tb_survey {
     const tb_real *T, *poses;
     const int *axis;
     tb_real mm, deg, relative, weak;
+    int room;
 };
 
 /* tb_without for a vehicle with a survey: leaves weak directions out of every demand. Call it once behind tb_prepare, with
  * a mask of 0, then at each failure in place of tb_without; NULL is tb_without. All calls answer for what is strong,
- * tb_nullspace too, and say TB_SOLVED where that is made. A direction counts wholly from twice its error on: a step, at
- * which shares jump. Without one, mix two allocators (libthrustbench.md). Returns and is bounded as tb_prepare;
- * TB_BAD_ARGUMENT for a survey that is none, and for one that could make all of the whole vehicle of nothing. */
+ * tb_nullspace too, and say TB_SOLVED where that is made. From twice its error to four times a direction counts by a share
+ * w from 0 to 1 in tb_scaled and tb_priority, so that nothing steps: their answer is f0 + w (f1 - f0), of an allocator
+ * without the direction and of this one, TB_SOLVED where both are. Each such direction takes one of the `room` allocators
+ * and the time of one more call; beyond the room, and in other calls, it counts wholly. Copy and swap all of the array.
+ * Returns and is bounded as tb_prepare, once for each allocator; TB_BAD_ARGUMENT for a survey that is none, and for one
+ * that could make all of the whole vehicle of nothing. */
 int tb_strong(struct tb_allocator *a, unsigned long mask, const struct tb_survey *survey);
 
 /* Levels for tb_priority: level[j] of axis j counts from 0, and no number is left out; else TB_BAD_ARGUMENT, and

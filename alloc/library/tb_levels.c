@@ -19,12 +19,14 @@ int tb_levels(struct tb_allocator *a, const int *level)
     if (a->n < 1 || used != (1 << (most + 1)) - 1) {
         return TB_BAD_ARGUMENT;
     }
-    for (int j = 0; j < TB_K_MAX; j++) {
-        a->level[j] = own[j];
-    }
-    a->levels = most + 1;
-    if (a->m >= 0) {
-        tb_find_steps(a);
+    for (int p = a->parts; p >= 0; p--) {
+        for (int j = 0; j < TB_K_MAX; j++) {
+            a[p].level[j] = own[j];
+        }
+        a[p].levels = most + 1;
+        if (a[p].m >= 0) {
+            tb_find_steps(a + p);
+        }
     }
     return TB_SOLVED;
 }
@@ -288,14 +290,47 @@ static int towards(const struct tb_allocator *a, const int *level, int levels, c
     return found && whole && tb_meets(a, tau, &t, 0) ? TB_SOLVED : TB_PARTIAL;
 }
 
+/* f0 + w (f1 - f0) of each part and the one before it, from the one that leaves out most directions; shares alike. */
+static int mixed(const struct tb_allocator *a, int levels, const tb_real *tau, const tb_real *f_min,
+                 const tb_real *f_max, tb_real *f, tb_real *share)
+{
+    tb_real sum[TB_N_MAX + TB_K_MAX] = {0}, past[TB_N_MAX + TB_K_MAX] = {0}, one[TB_N_MAX + TB_K_MAX];
+    int worst = TB_SOLVED;
+    for (int p = a->parts; p >= 0; p--) {
+        const tb_real w = p < a->parts ? a[p].w : TB_R(1);
+        const int status = towards(a + p, a->level, levels, tau, f_min, f_max, one, one + TB_N_MAX);
+        if (status != TB_SOLVED && status != TB_PARTIAL) {
+            return status;
+        }
+        worst = status > worst ? status : worst;
+        for (int i = 0; i < TB_N_MAX + levels; i++) {
+            if (i < a->n || i >= TB_N_MAX) {
+                sum[i] += w * (one[i] - past[i]);
+                past[i] = one[i];
+            }
+        }
+    }
+    for (int i = 0; i < a->n; i++) { /* rounding may lead out of limits that all parts keep */
+        const tb_real low = f_min == NULL ? a->f_min[i] : f_min[i], high = f_max == NULL ? a->f_max[i] : f_max[i];
+        const int on = tb_abs(one[i]) > 0 || tb_abs(sum[i]) > 0;
+        f[i] = !on ? TB_R(0) : sum[i] < low ? low : sum[i] > high ? high : sum[i];
+    }
+    for (int l = 0; l < levels; l++) {
+        share[l] = sum[TB_N_MAX + l] < 1 ? sum[TB_N_MAX + l] : TB_R(1);
+    }
+    return worst;
+}
+
 int tb_scaled(const struct tb_allocator *a, const tb_real *tau, const tb_real *f_min, const tb_real *f_max, tb_real *f,
               tb_real *share)
 {
-    return towards(a, a->level, 1, tau, f_min, f_max, f, share);
+    return a->parts > 0 ? mixed(a, 1, tau, f_min, f_max, f, share)
+                        : towards(a, a->level, 1, tau, f_min, f_max, f, share);
 }
 
 int tb_priority(const struct tb_allocator *a, const tb_real *tau, const tb_real *f_min, const tb_real *f_max,
                 tb_real *f, tb_real *share)
 {
-    return towards(a, a->level, a->levels, tau, f_min, f_max, f, share);
+    return a->parts > 0 ? mixed(a, a->levels, tau, f_min, f_max, f, share)
+                        : towards(a, a->level, a->levels, tau, f_min, f_max, f, share);
 }

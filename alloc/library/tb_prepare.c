@@ -306,7 +306,7 @@ int tb_prepare(struct tb_allocator *a, int k, int n, const tb_real *T, const tb_
                const tb_real *f_min, const tb_real *f_max)
 {
     tb_real L[TB_N_MAX][TB_N_MAX], longest = 0;
-    a->n = 0;
+    a->n = a->parts = 0;
     if (k < 1 || k > TB_K_MAX || n < 1 || n > TB_N_MAX || T == NULL || f_min == NULL || f_max == NULL ||
         !sound(k, n, T, H, readiness, f_min, f_max)) {
         return TB_BAD_ARGUMENT;
@@ -351,6 +351,7 @@ int tb_without(struct tb_allocator *a, unsigned long mask)
     if (a->n < 1) {
         return TB_BAD_ARGUMENT;
     }
+    a->parts = 0;
     /* In two steps, as a shift by all bits of a type is undefined. */
     const int status = mask >> (a->n - 1) >> 1 ? (int)TB_NO_SUCH_FAULT : refresh(a, mask);
     a->m = status == TB_SOLVED ? a->m : -1; /* calls refuse */

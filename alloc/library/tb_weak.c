@@ -2,7 +2,7 @@
  *
  * With A = D^-1 T P diag(max |f|), D = 1 for forces and the rms arm of all thrusters for moments, a left singular vector
  * u has the authority sigma. Errors dT of the survey's size make epsilon(u), the root mean square of
- * |u' D^-1 dT P diag(max |f|)|, of nothing (alloc.vehicle.weak).
+ * |u' D^-1 dT P diag(max |f|)|, of nothing (alloc.vehicle.weak). From WEAK to twice that a direction counts in part.
  */
 #include "tb_internal.h"
 
@@ -35,7 +35,7 @@ static int knows(const struct tb_allocator *a, const struct tb_survey *s)
             return 0;
         }
     }
-    return s->mm >= 0 && s->deg >= 0 && s->relative >= 0 && s->weak >= 0 && s->weak <= MOST;
+    return s->room >= 0 && s->mm >= 0 && s->deg >= 0 && s->relative >= 0 && s->weak >= 0 && s->weak <= MOST;
 }
 
 /* Entry q of all six that one newton of thruster i makes, as far as they are known. */
@@ -120,12 +120,11 @@ static tb_real doubt(const struct tb_allocator *a, const struct tb_survey *s, co
     return square / 3;
 }
 
-/* Finds the directions u, as rows of U, and marks the weak ones: 1, or 2 where no thruster pushes. Returns how many. */
-static int mark(const struct tb_allocator *a, const struct tb_survey *s, const struct sizes *z,
-                tb_real U[TB_K_MAX][TB_K_MAX], int weak[TB_K_MAX])
+/* Finds the directions u, as rows of U, and the share w to which each counts; negative where no thruster pushes. */
+static void mark(const struct tb_allocator *a, const struct tb_survey *s, const struct sizes *z,
+                tb_real U[TB_K_MAX][TB_K_MAX], tb_real w[TB_K_MAX])
 {
     tb_real W[TB_K_MAX][TB_N_MAX], sigma[TB_K_MAX], c[TB_K_MAX], size = 0, most = 0;
-    int count = 0;
     for (int r = 0; r < a->k; r++) {
         for (int i = 0; i < a->n; i++) {
             W[r][i] = s->T[r * a->n + i] * z->weight[i] / z->D[r];
@@ -156,50 +155,40 @@ static int mark(const struct tb_allocator *a, const struct tb_survey *s, const s
             epsilon2 += weight > 0 ? doubt(a, s, z, c, i) * weight * weight : TB_R(0);
         }
         const tb_real largest = s->weak > 0 ? s->weak * most : WEAK * tb_root(epsilon2);
-        weak[j] = !(sigma[j] > TB_RANK * most) ? 2 : sigma[j] <= largest;
-        count += weak[j] > 0;
+        const tb_real beyond = sigma[j] - largest;
+        w[j] = beyond >= largest ? TB_R(1) : beyond > 0 ? beyond / largest : TB_R(0);
+        w[j] = sigma[j] > TB_RANK * most ? w[j] : TB_R(-1);
     }
-    return count;
 }
 
-int tb_strong(struct tb_allocator *a, unsigned long mask, const struct tb_survey *s)
+/* Prepares an allocator for what is left without the directions that `out` marks; `few` where some do not count. */
+static int leave_out(struct tb_allocator *a, unsigned long mask, const struct tb_survey *s, const struct sizes *z,
+                     tb_real U[TB_K_MAX][TB_K_MAX], const int out[TB_K_MAX], const int lost[TB_K_MAX], int few)
 {
-    struct sizes z;
-    tb_real U[TB_K_MAX][TB_K_MAX], S[TB_N_MAX], longest = 0, largest = 0;
-    int weak[TB_K_MAX], lost[TB_K_MAX], count, status, whole = mask == 0, pushed = 0, gone = 0;
-    if (s == NULL) {
-        return tb_without(a, mask);
-    }
-    if (a->n < 1 || s->T == NULL || s->axis == NULL || !knows(a, s)) {
-        return TB_BAD_ARGUMENT;
-    }
-    measure(a, s, mask, &z);
-    count = mark(a, s, &z, U, weak);
+    tb_real S[TB_K_MAX], longest = 0, largest = 0;
+    int status, pushed = 0, gone = 0;
     for (int i = 0; i < a->n; i++) {
-        whole &= a->readiness[i] >= 1;
         for (int r = 0; r < a->k; r++) {
-            const tb_real size = tb_abs(s->T[r * a->n + i]) / z.D[r];
+            const tb_real size = tb_abs(s->T[r * a->n + i]) / z->D[r];
             largest = size > largest ? size : largest;
         }
     }
     for (int j = 0; j < a->k; j++) {
-        lost[j] = weak[j] == 2;
-        weak[j] = count < a->k && weak[j] == 1;
-        pushed |= weak[j];
+        pushed |= out[j];
     }
     for (int i = 0; i < a->n; i++) {
         for (int r = 0; r < a->k; r++) {
-            S[r] = s->T[r * a->n + i] / z.D[r];
+            S[r] = s->T[r * a->n + i] / z->D[r];
         }
         for (int j = 0; j < a->k; j++) {
-            const tb_real along = weak[j] && z.weight[i] > 0 ? tb_product(U[j], S, a->k) : TB_R(0);
+            const tb_real along = out[j] && z->weight[i] > 0 ? tb_product(U[j], S, a->k) : TB_R(0);
             for (int r = 0; r < a->k; r++) {
                 S[r] -= along * U[j][r];
             }
         }
         for (int r = 0; r < a->k; r++) { /* rounding is no thrust */
-            const tb_real left = tb_abs(S[r]) > 4 * TB_EPS * largest ? S[r] * z.D[r] : TB_R(0);
-            a->A[r][i] = pushed && z.weight[i] > 0 ? left : s->T[r * a->n + i];
+            const tb_real left = tb_abs(S[r]) > 4 * TB_EPS * largest ? S[r] * z->D[r] : TB_R(0);
+            a->A[r][i] = pushed && z->weight[i] > 0 ? left : s->T[r * a->n + i];
         }
     }
     for (int r = 0; r < a->k; r++) {
@@ -207,24 +196,20 @@ int tb_strong(struct tb_allocator *a, unsigned long mask, const struct tb_survey
         longest = a->unit[r] > longest ? a->unit[r] : longest;
     }
     for (int r = 0; r < a->k; r++) {
-        const tb_real rms = z.rms * z.D[r];
+        const tb_real rms = z->rms * z->D[r];
         const tb_real own = !pushed && !(a->unit[r] > TB_RANK * longest) ? longest : a->unit[r], part = own / rms;
         /* As alloc.vehicle.weak: a shorter row counts as longer, up to the rms, since what it has is a survey's error. */
         const tb_real counts = part < SHORT ? rms * (1 - part * ((1 - SHORT) / SHORT)) : own;
-        a->unit[r] = 1 / (count && count < a->k ? counts : own);
+        a->unit[r] = 1 / (few ? counts : own);
         for (int i = 0; i < a->n; i++) {
             a->A[r][i] *= a->readiness[i] * a->unit[r];
         }
-    }
-    if (count == a->k && whole) { /* the survey could have made all of nothing */
-        a->m = -1;
-        return TB_BAD_ARGUMENT;
     }
     status = tb_without(a, mask);
     for (int j = 0; j < a->k && gone < TB_K_MAX && pushed; j++) {
         tb_real square = 0;
         for (int r = 0; r < a->k && lost[j]; r++) { /* of length 1 where axes count by the lengths of their rows */
-            const tb_real c = U[j][r] / z.D[r];
+            const tb_real c = U[j][r] / z->D[r];
             a->lost[gone][r] = c;
             square += c * c / (a->unit[r] * a->unit[r]);
         }
@@ -234,5 +219,59 @@ int tb_strong(struct tb_allocator *a, unsigned long mask, const struct tb_survey
         gone += lost[j] != 0;
     }
     a->gone = pushed ? gone : a->gone;
+    return status;
+}
+
+int tb_strong(struct tb_allocator *a, unsigned long mask, const struct tb_survey *s)
+{
+    struct sizes z;
+    tb_real U[TB_K_MAX][TB_K_MAX], w[TB_K_MAX];
+    int between[TB_K_MAX] = {0}, out[TB_K_MAX] = {0}, lost[TB_K_MAX] = {0};
+    int count = 0, none = 0, whole = mask == 0, status;
+    if (s == NULL) {
+        return tb_without(a, mask);
+    }
+    if (a->n < 1 || s->T == NULL || s->axis == NULL || !knows(a, s)) {
+        return TB_BAD_ARGUMENT;
+    }
+    measure(a, s, mask, &z);
+    mark(a, s, &z, U, w);
+    for (int i = 0; i < a->n; i++) {
+        whole &= a->readiness[i] >= 1;
+    }
+    for (int j = 0; j < a->k; j++) {
+        none += !(w[j] > 0);
+    }
+    if (none == a->k && whole) { /* the survey could have made all of nothing */
+        a->m = -1;
+        a->parts = 0;
+        return TB_BAD_ARGUMENT;
+    }
+    for (int j = 0; j < a->k; j++) { /* those that count in part, from the least to the most */
+        int at = count;
+        lost[j] = w[j] < 0;
+        out[j] = none < a->k && w[j] >= 0 && !(w[j] > 0);
+        if (w[j] > 0 && w[j] < 1) {
+            for (; at > 0 && w[between[at - 1]] >= w[j]; at--) {
+                between[at] = between[at - 1];
+            }
+            between[at] = j;
+            count++;
+        }
+    }
+    count -= count > 0 && count + none == a->k; /* something must count */
+    status = leave_out(a, mask, s, &z, U, out, lost, none > 0 && none < a->k);
+    for (int p = 1; p <= s->room && p <= count && status == TB_SOLVED; p++) {
+        const int j = between[p - 1];
+        a[p] = a[0];
+        a[p - 1].w = w[j];
+        out[j] = 1;
+        status = leave_out(a + p, mask, s, &z, U, out, lost, 1);
+        a->parts = p;
+    }
+    if (status != TB_SOLVED) { /* calls refuse */
+        a->m = -1;
+        a->parts = 0;
+    }
     return status;
 }

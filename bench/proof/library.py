@@ -4,7 +4,7 @@ Any calls are asked in any order, with any bits in their arguments.
 Between calls an allocator is nothing but numbers and indices. Three analyses begin with any numbers and any
 indices that lie within their arrays: calls that answer, functions that prepare, and the search for facets,
 which stands apart since it would take minutes among them. Those that write an allocator must leave such
-indices behind.
+indices behind. It has room for one direction that counts in part: two allocators.
 
 Numbers are volatile in the C that is analysed: each read gives any bits, more than any call can see. EVA 25
 needs that: under ``-lib-entry`` numbers of globals are finite to it, and where a comparison leaves an entry
@@ -34,6 +34,7 @@ FACETS_IN = "tb_facets.c"
 INDICES = {
     "k": (0, "TB_K_MAX"), "n": (0, "TB_N_MAX"), "m": (-1, "TB_N_MAX"), "rank": (0, "TB_K_MAX"),
     "blocks": (0, "TB_N_MAX"), "facets": (-1, "TB_FACETS_MAX"), "levels": (0, "TB_K_MAX"),
+    "parts": (0, "ROOM"),
 }  # fmt: skip
 TABLES = {
     "level[i]": ("TB_K_MAX", "TB_K_MAX - 1"), "at[i]": ("TB_N_MAX", "TB_N_MAX - 1"),
@@ -177,14 +178,15 @@ def _every(statement: str, names: Iterable[str]) -> str:
     for name in names:
         if name in INDICES:
             low, high = INDICES[name]
-            lines.append("    " + statement.format(f"a.{name}", low, high))
+            lines += [f"    {statement.format(f'a[{p}].{name}', low, high)}" for p in range(2)]
         else:
             size, high = TABLES[name]
-            one = statement.format(f"a.{name}", 0, high)
-            lines.append(
-                f"    /*@ loop unroll {size}; */\n    for (int i = 0; i < {size}; i++) {{\n"
-                f"        {one}\n    }}"
-            )
+            each = [f"        {statement.format(f'a[{p}].{name}', 0, high)}" for p in range(2)]
+            lines += [
+                f"    /*@ loop unroll {size}; */\n    for (int i = 0; i < {size}; i++) {{",
+                *each,
+                "    }",
+            ]
     return "\n".join(lines) + "\n"
 
 
@@ -194,7 +196,8 @@ HELD = _every("/*@ assert kept: {1} <= {0} <= {2}; */", ALL)
 HEAD = """
 extern volatile int any;
 extern volatile unsigned long any_mask;
-struct tb_allocator a;
+#define ROOM 1
+struct tb_allocator a[1 + ROOM];
 tb_real tau[TB_K_MAX], f_min[TB_N_MAX], f_max[TB_N_MAX], f[TB_N_MAX], share[TB_K_MAX];
 tb_real T[TB_K_MAX * TB_N_MAX], H[TB_N_MAX * TB_N_MAX], readiness[TB_N_MAX];
 tb_real poses[6 * TB_N_MAX];
@@ -214,7 +217,7 @@ def _main(body: str, before: str = "") -> str:
 
 def _answers() -> str:
     cases = "\n".join(
-        f"    case {i}: status = tb_{method}(&a, tau, low, high, f{', share' * shares}); break;"
+        f"    case {i}: status = tb_{method}(a, tau, low, high, f{', share' * shares}); break;"
         for i, (method, shares) in enumerate(calls().items())
     )
     return _main(f"""\
@@ -240,12 +243,12 @@ void tb_find_facets(struct tb_allocator *made, tb_real doubt)
     return _main(
         f"""\
     const struct tb_survey survey = {{any ? T : NULL, any ? poses : NULL, any ? axis : NULL,
-                                     tau[0], tau[0], tau[0], tau[0]}};
+                                     tau[0], tau[0], tau[0], tau[0], between(-1, ROOM)}};
     switch (any) {{
-    case 0: status = tb_prepare(&a, any, any, {given}); break;
-    case 1: status = tb_without(&a, any_mask); break;
-    case 2: status = tb_strong(&a, any_mask, any ? &survey : NULL); break;
-    default: status = tb_levels(&a, level);
+    case 0: status = tb_prepare(a, any, any, {given}); break;
+    case 1: status = tb_without(a, any_mask); break;
+    case 2: status = tb_strong(a, any_mask, any ? &survey : NULL); break;
+    default: status = tb_levels(a, level);
     }}
 {HELD}""",
         facets,
@@ -255,4 +258,4 @@ void tb_find_facets(struct tb_allocator *made, tb_real doubt)
 def _facets() -> str:
     """Bounds of loops that go over facets are told, or intervals would grow past them."""
     told = '    /*@ widen_hints global:"all", TB_FACETS_MAX, TB_ENTRIES_MAX, TB_N_MAX, 2 * TB_N_MAX; */\n'
-    return _main(f"{told}    tb_find_facets(&a, tau[0]);\n{HELD}")
+    return _main(f"{told}    tb_find_facets(a, tau[0]);\n{HELD}")

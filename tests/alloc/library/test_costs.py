@@ -93,7 +93,7 @@ def eight(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[int]]:
     vehicle, where = load_vehicle(str(ROOT / "docs/vehicles/box8.yaml")), available("cortex-m4f")
     kernel, own = build_kernel("nullspace@library", vehicle, "float"), name(vehicle, "nullspace", "float")
     head = f"int {own}_without(const float *mask)"
-    body = f"\n{head};\n{head}\n{{\n    return tb_without(&allocator, (unsigned long)mask[0]);\n}}\n"
+    body = f"\n{head};\n{head}\n{{\n    return tb_without(allocator, (unsigned long)mask[0]);\n}}\n"
     masks = [sum(1 << i for i in off) for m in range(3) for off in combinations(range(vehicle.n), m)]
     calls = np.zeros((len(masks), vehicle.k))
     calls[:, 0] = masks

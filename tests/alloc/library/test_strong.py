@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from alloc import Vehicle, build, load_vehicle
-from alloc.vehicle.weak import Survey
+from alloc.vehicle.weak import WEAK, Survey
 from bench.demands.surveys import fail_thrusters, failures, hexarotor, move_poses, pushable_demands
 from tests.library import Allocator, survey_of
 from tests.readers import written
@@ -124,3 +124,50 @@ def test_axes_that_are_none_or_twice_there_and_a_survey_that_knows_nothing_are_r
     assert library.strong(survey) == -3
     assert library("scaled", np.ones(6))[0] == -3
     assert library.strong(survey, 0) == 0  # a failure that leaves nothing strong is an ordinary one
+
+
+@pytest.mark.parametrize("method", ["scaled", "priority"])
+def test_a_share_has_no_step_where_a_direction_passes_from_weak_to_strong(method: str) -> None:
+    """Surge 60 fell from 54 N to 12 where pitch counted wholly from twice its error on."""
+    found = load_vehicle(Path("docs/vehicles/bluerov2-surveyed.yaml"))
+    assert found.poses is not None
+    taus = np.vstack([60.0 * np.eye(6)[0], pushable_demands(found, 5, np.random.default_rng(5))])
+    before, least, in_part = np.zeros(0), 0.0, 0
+    for times in np.linspace(3.9, 8.3, 111):
+        poses = np.ascontiguousarray(found.poses * np.array([1, 1, 1, 1, times, 1])[:, None])
+        vehicle = replace(found, T=poses, poses=poses)
+        library, (survey, _kept) = Allocator(vehicle), survey_of(vehicle)
+        assert library.strong(survey) == 0
+        shares = np.array([library(method, tau)[2][0] for tau in taus])
+        ratio = float((vehicle.directions.sigma / vehicle.directions.epsilon).min()) / WEAK
+        if before.size:
+            assert np.abs(shares - before).max() <= 2.0 * (ratio - least)
+        before, least = shares, ratio
+        in_part += len(vehicle.mixture) > 1
+        compare(vehicle, (), library, method)
+    assert least > 2.0
+    assert in_part > 40
+
+
+def test_each_direction_beyond_the_room_counts_wholly_and_levels_are_those_of_all_parts() -> None:
+    found = load_vehicle("subjugator8")
+    vehicle = fail_thrusters(move_poses(found, Survey(20.0, 2.3), np.random.default_rng(3)), (1, 6))
+    sigma = vehicle.directions.sigma / vehicle.directions.sigma[0]
+    vehicle = replace(vehicle, weak_limit=float(sigma[-2]) / 1.8)
+    assert len(vehicle.mixture) == 3
+    library, (survey, _kept) = Allocator(vehicle), survey_of(vehicle)
+    assert library.strong(survey) == 0
+    compare(vehicle, (), library, "scaled")
+    survey.room = 0
+    strong = replace(vehicle, weak_limit=float(sigma[-1]) / 2.1)
+    assert library.strong(survey) == 0
+    compare(strong, (), library, "scaled")
+    survey.room = -1
+    assert library.strong(survey) == -3
+    levels = (("roll", "pitch", "yaw"), ("surge", "sway", "heave"))
+    survey.room = 5
+    assert library.strong(survey) == 0
+    of = [next(i for i, axes in enumerate(levels) if axis in axes) for axis in vehicle.dof]
+    assert library.levels((ctypes.c_int * 6)(*of)) == 0
+    library.vehicle = replace(vehicle, priority=levels)
+    compare(library.vehicle, (), library, "priority")

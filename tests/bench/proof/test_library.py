@@ -61,11 +61,11 @@ READ = {
         )
     },
     "tb_prepare.c": {
-        "    a->n = 0;\n": ("T[0]", "H[0]", "readiness[0]", "f_min[0]", "f_max[0]"),
+        "    a->n = a->parts = 0;\n": ("T[0]", "H[0]", "readiness[0]", "f_min[0]", "f_max[0]"),
         "    const int status = mask >> ": ("a->A[0][0]", "a->readiness[0]"),
     },
     "tb_levels.c": {
-        "    a->levels = most + 1;\n": ("a->unit[0]", "a->pushed[0][0]"),
+        "    if (a->n < 1 || used != ": ("a->unit[0]", "a->pushed[0][0]"),
         "    if (status == TB_SOLVED && a->facets": ("share[0]",),
     },
     "tb_facets.c": {"    a->facets = 0;\n": ("doubt", "a->N[0][0]")},
