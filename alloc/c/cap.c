@@ -130,7 +130,8 @@ ENTRY
         const SCALAR up = low + inset > ZERO ? low + inset : ZERO;
         within[i] = up < high - inset ? up : high - inset;
         rests &= within[i] == ZERO;
-        is_straight &= (low < beyond[i] && beyond[i] < high) || beyond[i] == ZERO;
+        /* Rounding may leave a thrust that is at a limit just inside of it. */
+        is_straight &= (low + TOUCH < beyond[i] && beyond[i] < high - TOUCH) || beyond[i] == ZERO;
     }
     if (!(total(&now, within, none, ZERO, &slope) <= cap)) {
         return TB_INFEASIBLE;

@@ -24,6 +24,9 @@ SPARE: dict[Scalar, float] = {"double": 1e-9, "float": 2e-6}
 """Share of the cap that an answer may leave [-]."""
 STEPS: dict[Scalar, int] = {"double": 96, "float": 66}
 """Most thrusts computed on a path: every third step halves what is left of it."""
+TOUCH = 1e-4
+"""Distance within which a thrust counts as at its limit, relative to the largest limit [-]. One that does
+without need costs calls and changes no answer."""
 NEWTON = 64
 """Most steps of Newton on one chord. Each of them enters another piece, or a law loses a factor of it."""
 CASES = 12
@@ -138,6 +141,7 @@ def _macros(target: Target) -> Iterator[tuple[str, str]]:
     # Thrusts of several ways are mixed: of these one may meet a limit where the mixture meets none.
     yield "STRAIGHT", str(int(all(len(state.mixture) == 1 for state in states)))
     yield "SPARE", number(SPARE[scalar], scalar)
+    yield "TOUCH", number(TOUCH * vehicle.f_scale, scalar)
     yield "INSET", number(INSET, scalar)
     yield from {"STEPS": str(STEPS[scalar]), "NEWTON": str(NEWTON)}.items()
     yield "ALLOCATE(tau, f, share)", f"{target.name}(tau, {limits}fault, f, share)"

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from alloc import AllocError, Status, Vehicle, generate, load_vehicle
+from alloc import AllocError, Status, Vehicle, build, generate, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.c import Target, capped, compiled, missing, sources
 from alloc.methods import recipe
@@ -98,6 +98,19 @@ def test_shares_are_those_of_a_bisection_on_the_path_and_no_call_draws_more_than
         assert status == Status.PARTIAL
         assert share == pytest.approx(least, abs=NEAR[scalar])
     assert stopped > 20
+
+
+def test_a_thrust_that_rounding_leaves_just_inside_its_limit_counts_as_at_it() -> None:
+    tau = [-168.48341664855872, -18.9370205612833, -3.8612736892905275]
+    tau += [9.344930833932295, 10.370022415412496, -32.82811952102266]
+    low = [-27.61543871487403, -17.707660939222, -28.379755540830928, -12.522185702348034]
+    low += [-12.669922095931499, -37.23352437382677, -18.06057282119941, -28.798155916060082]
+    high = [27.706777439296307, 57.062962504234385, 32.29892320889127, 25.42632660088539]
+    high += [36.843338293142494, 30.30302517723795, 56.37279447952808, 51.94381456354744]
+    call = np.array(tau), np.array(low), np.array(high)
+    expected = build("scaled", HEAVY)(*call, cap=3.8742315466775694, volts=10.0)
+    share = bound(HEAVY, "double")[1](*call, -1, 3.8742315466775694, 10.0)[2]
+    assert share == pytest.approx(expected.share[0], abs=1e-6)
 
 
 def test_an_argument_that_is_not_finite_is_refused() -> None:
