@@ -178,7 +178,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
         patch.chdir(folder)
         CliRunner().invoke(bench.__main__.cli, ["init", "my-rov", "--like", "bluerov2-heavy"])
     rov = (folder / "my-rov.yaml").read_text(encoding="utf-8")
-    (folder / "mine.yaml").write_text(f"{rov}cap: {{amps: 25, reserve: 3}}\n", encoding="utf-8")
+    (folder / "fused.yaml").write_text(f"{rov}cap: {{amps: 25, reserve: 3}}\n", encoding="utf-8")
     heavy = load_vehicle("bluerov2-heavy")
     write_dive(folder / "motion.csv", heavy, dive(heavy, np.random.default_rng(4), np.ones(heavy.n)))
     for language in ("cpp", "exec"):

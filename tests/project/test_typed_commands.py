@@ -142,12 +142,14 @@ def check_other(typed: str) -> None:
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The one folder that everything is typed in; it begins with files of other projects only."""
+    """The one folder that everything is typed in; it begins with others' files and a vehicle with a fuse."""
     folder = tmp_path_factory.mktemp("desk")
     for tree in ("A", "B"):
         (folder / tree).mkdir()
     for name, text in FOREIGN.items():
         (folder / name).write_text(text, encoding="utf-8")
+    rov = (ROOT / "alloc/vehicles/bluerov2-heavy.yaml").read_text(encoding="utf-8")
+    (folder / "fused.yaml").write_text(f"{rov}cap: {{amps: 25, reserve: 3}}\n", encoding="utf-8")
     return folder
 
 
