@@ -27,7 +27,7 @@ def on_current(keys: VehicleFile, vehicle: Vehicle) -> Iterator[tuple[Level, str
 def _on_sum(vehicle: Vehicle) -> Iterator[tuple[Level, str, str]]:
     """A note with what all draw that the ESCs make within the limits, beside the cap where there is one."""
     draw, (low, high) = vehicle.draw(), vehicle.esc_limits()
-    most = float(np.maximum(draw.amps(low), draw.amps(high)).sum())
+    most = draw.largest(low, high)
     volts = next((esc.nominal for esc in vehicle.esc if not np.isnan(esc.nominal)), None)
     at = "" if volts is None else f" at {volts:g} V"
     said = f"all thrusters at their limits together draw {most:.3g} A{at}"

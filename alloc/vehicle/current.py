@@ -194,6 +194,10 @@ class Draw(NamedTuple):
             current[..., columns] = curve.draws(f[..., columns])
         return current
 
+    def largest(self, f_min: FloatArray, f_max: FloatArray) -> float:
+        """Current of all together, each at the limit (n,) that draws more [A]."""
+        return float(np.maximum(self.amps(f_min), self.amps(f_max)).sum())
+
     def total(self, begin: Sequence[float], step: Sequence[float], t: float) -> tuple[float, float]:
         """Current of all at thrusts begin + t step (n,) [A], and its slope in t."""
         current = slope = 0.0

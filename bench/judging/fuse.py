@@ -117,7 +117,7 @@ def fuse_cost(vehicle: Vehicle, seed: int) -> FuseCost | None:
     return FuseCost(
         amps=rounded(amps),
         volts=volts,
-        most=rounded(float(np.maximum(*map(draw.amps, limits)).sum())),
+        most=rounded(draw.largest(*limits)),
         n_demands=DIRECTIONS,
         ways=found,
         powers=[] if volts is None else missions_power(vehicle, volts, seed),
