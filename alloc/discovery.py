@@ -158,8 +158,7 @@ def generate(
         files |= c.monitor(target, monitor)
         files |= {f"test/{target.name}_monitor_test.c": c.monitor_selftest(target, monitor)}
     if cap:
-        c.check_cap(target, package)
-        files |= c.capped(target) | {f"test/{target.name}_cap_test.c": c.cap_selftest(target)}
+        files |= c.capped(target, package) | {f"test/{target.name}_cap_test.c": c.cap_selftest(target)}
     # Several functions may share a folder.
     files |= {f"{target.name}.md": c.page(target, esc=esc, monitor=monitor is not None, cap=cap)}
     about = f"Thrust allocation for {c.in_comment(vehicle.name)} by {target.method.name}"

@@ -37,8 +37,7 @@ OVER: dict[Scalar, float] = {"double": 1e-9, "float": 1e-5}
 """Most that a sum of currents may exceed a cap by rounding, relative to it [-]."""
 
 
-def check_cap(target: Target, package: str | None = None) -> None:
-    """Refuse C with a cap: VehicleError without currents, DemandError or NotApplicable for what has none."""
+def _check(target: Target, package: str | None) -> None:
     vehicle, method = target.vehicle, target.method
     if not isinstance(method.build(vehicle), CurrentCap):
         raise no_cap(method.formulation)
@@ -53,9 +52,12 @@ def check_cap(target: Target, package: str | None = None) -> None:
         )
 
 
-def capped(target: Target) -> dict[str, str]:
-    """Header and source of NAME_cap, as {file name: text}; raises as ``check_cap``."""
-    check_cap(target)
+def capped(target: Target, package: str | None = None) -> dict[str, str]:
+    """Header and source of NAME_cap, as {file name: text}.
+
+    Raises VehicleError without currents, DemandError or NotApplicable for what has no C with a cap.
+    """
+    _check(target, package)
     return {f"{target.name}_cap.h": _header(target), f"{target.name}_cap.c": _source(target)}
 
 
@@ -260,7 +262,7 @@ def _rows(target: Target) -> str:
     """Calls and answers: caps from none to all, demands below and beyond what they allow."""
     vehicle, scalar = target.vehicle, target.scalar
     rng, real = np.random.default_rng(2014), np.float32 if scalar == "float" else np.float64
-    most = float(np.maximum(*map(vehicle.draw().amps, (vehicle.f_min, vehicle.f_max))).sum())
+    most = vehicle.draw().largest(vehicle.f_min, vehicle.f_max)
     at, rows = _volts(target), []
     widest_of_all = min(widest(vehicle), 2 * vehicle.f_scale)
     for fault in (-1, *target.failures.tolist()):
@@ -276,7 +278,7 @@ def _rows(target: Target) -> str:
             found = (
                 allocate(tau, low, high, cap=cap, volts=volts)
                 if target.limits == "call"
-                else (allocate(tau, cap=cap, volts=volts))
+                else allocate(tau, cap=cap, volts=volts)
             )
             status = int(found.status)
             f, share = (found.f, found.share[0]) if found.found else (np.zeros(vehicle.n), 0.0)

@@ -7,6 +7,7 @@ import numpy as np
 from alloc import Vehicle, build
 from alloc.allocation import FloatArray
 from alloc.c import Target, capped, sources
+from alloc.c.cap import ROUNDING
 from alloc.methods import recipe
 from alloc.program import Faults, Scalar, Where
 from bench.chips.call_sets import count_sets
@@ -21,8 +22,6 @@ BEHIND = "scaled"
 """The method whose C it calls; its instructions are counted, too."""
 SETS = {"before-limits": 0.05, "at-limits": 0.5, "all-currents": 1.0}
 """Largest cap in each set, of what all thrusters draw at their limits [-]."""
-ROUNDING = {"double": 1e-6, "float": 2e-4}
-"""Most that a share may be off [-]."""
 
 
 def kernel(vehicle: Vehicle, scalar: Scalar, limits: Where, faults: Faults = "one") -> Kernel:
@@ -48,7 +47,7 @@ def calls(vehicle: Vehicle, limits: Where, n: int, seed: int) -> dict[str, Float
     """Calls of each set: demands up to twice as large as thrusters make, caps, and the nominal voltage."""
     rng, made = np.random.default_rng(seed), {}
     low, high = vehicle.f_min, vehicle.f_max
-    most = float(np.maximum(*map(vehicle.draw().amps, (low, high))).sum())
+    most = vehicle.draw().largest(low, high)
     volts = vehicle.cap.volts if vehicle.cap and vehicle.cap.volts else 12.0
     for name, part in SETS.items():
         taus = rng.uniform(0.2, 2.0, (n, 1)) * (rng.uniform(low, high, (n, vehicle.n)) @ vehicle.TP.T)
@@ -61,12 +60,13 @@ def calls(vehicle: Vehicle, limits: Where, n: int, seed: int) -> dict[str, Float
 def rows(row: Emulated, made: Kernel, vehicle: Vehicle, processor: Processor, n: int) -> Iterator[Emulated]:
     """A row for each set of n calls; raises as ``link`` of an image."""
     sets = calls(vehicle, "call" if row.limits == "call" else "fixed", n, row.seed)
+    allocate, k = build(BEHIND, vehicle), vehicle.k
+    allowed = ROUNDING["float" if row.scalar == "float" else "double"]
 
     def agreement(asked: FloatArray, counted: CallCounts) -> tuple[bool, float]:
-        allocate, k = build(BEHIND, vehicle), vehicle.k
         answers = [allocate(one[:k], cap=one[k], volts=one[k + 1]) for one in asked]
         apart = np.abs(counted.shares[:, 0] - [one.share[0] for one in answers])
         same = bool((counted.status == [one.status for one in answers]).all())
-        return same and bool((apart <= ROUNDING[row.scalar]).all()), float(apart.max())
+        return same and bool((apart <= allowed).all()), float(apart.max())
 
     yield from count_sets(row, made, processor, sets, agreement)
