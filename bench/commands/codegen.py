@@ -77,11 +77,12 @@ def command(
             )
         files = made_at_boot.generate(scalar, known, package, maintainer)
     elif known and method:
-        stated = wrench_noise(known, noise)
-        expected = assumed_noise(known) if stated is None else stated
+        observed = wrench_noise(known, noise)
+        if monitor and observed is None:
+            observed = assumed_noise(known)
         files = generate(
             known, method, scalar=scalar, limits=limits, faults=faults, esc=esc,
-            monitor=expected if monitor else None, cap=cap, package=package, maintainer=maintainer,
+            monitor=observed, cap=cap, package=package, maintainer=maintainer,
         )  # fmt: skip
     else:
         raise click.UsageError(f"Missing option '{'--method' if vehicle else '--vehicle'}'.")
