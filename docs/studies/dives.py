@@ -50,6 +50,13 @@ def body(vehicle: Vehicle) -> FloatArray:
     return size
 
 
+def dynamics(vehicle: Vehicle, size: FloatArray | float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Mass, linear and quadratic drag (k,) of the vehicle's axes, of a body of that size [SI]."""
+    which = [DOF.index(axis) for axis in vehicle.dof]
+    mass, linear, quadratic = ((size * each)[which] for each in (M, LINEAR, QUADRATIC))
+    return mass, linear, quadratic
+
+
 def fly(
     vehicle: Vehicle,
     rng: np.random.Generator,
@@ -61,8 +68,7 @@ def fly(
 ) -> Flight:
     """Fly D dives with readiness (D, n), drag up to 20 % other, and a ``current`` along each axis [m/s]."""
     D, k = len(readiness), vehicle.k
-    which = [DOF.index(axis) for axis in vehicle.dof]
-    mass, linear, quadratic = ((size * each)[which] for each in (M, LINEAR, QUADRATIC))
+    mass, linear, quadratic = dynamics(vehicle, size)
     drag = rng.uniform(0.8, 1.2, (D, k))
     water = current * rng.uniform(-1.0, 1.0, (D, k)) * np.isin(vehicle.dof, DOF[:3])
     largest = 0.4 * np.abs(vehicle.T) @ vehicle.f_max
@@ -96,9 +102,8 @@ def separable(vehicle: Vehicle) -> list[int]:
     return [i for i in range(vehicle.n) if vehicle.called(i) not in alike and found.shows[i].loss <= 1.0]
 
 
-def sole_failures(vehicle: Vehicle, dives: int) -> tuple[FloatArray, list[int]]:
-    """Readiness (dives, n) with one separable thruster off in each, and which."""
-    apart = separable(vehicle)
+def sole_failures(vehicle: Vehicle, apart: list[int], dives: int) -> tuple[FloatArray, list[int]]:
+    """Readiness (dives, n) with one of the thrusters ``apart`` off in each, and which."""
     off = [apart[each % len(apart)] for each in range(dives)] if apart else []
     readiness = np.ones((len(off), vehicle.n))
     readiness[range(len(off)), off] = 0.0
@@ -118,12 +123,11 @@ def monitor_accusations(
     vehicle: Vehicle, flight: Flight, size: FloatArray, seconds: float
 ) -> list[tuple[int, set[int]]]:
     """The monitor's suspect after the first seconds of each dive, and all that it accused in them."""
-    which = [DOF.index(axis) for axis in vehicle.dof]
-    mass, linear, quadratic = ((size * each)[which] for each in (M, LINEAR, QUADRATIC))
-    rows, found = flight.t < seconds, []
+    mass, linear, quadratic = dynamics(vehicle, size)
+    rows, noise, found = flight.t < seconds, assumed_noise(vehicle), []
     for f, a, v in zip(*(each[:, rows] for each in flight[1:]), strict=True):
         felt = mass * a + coriolis(vehicle, mass, v) + (linear + quadratic * np.abs(v)) * v
-        _, who, odds = accusations(vehicle, assumed_noise(vehicle), f, felt)
+        _, who, odds = accusations(vehicle, noise, f, felt)
         found.append((int(who[-1]), set(who[odds > ACCUSED].tolist())))
     return found
 
@@ -144,7 +148,8 @@ def of_vehicle(name: str, dives: int) -> list[str]:
     healthy = fly(vehicle, rng, np.ones((dives, vehicle.n)), current=CURRENT, size=size)
     wrongly = sum(map(bool, log_accusations(vehicle, healthy, WINDOW_S)))
     cried = sum(bool(each) for _, each in monitor_accusations(vehicle, healthy, size, WINDOW_S))
-    readiness, off = sole_failures(vehicle, dives)
+    apart = separable(vehicle)
+    readiness, off = sole_failures(vehicle, apart, dives)
     shares = ["–"] * 3
     if off:
         flight = fly(vehicle, rng, readiness, current=CURRENT, size=size)
@@ -156,7 +161,7 @@ def of_vehicle(name: str, dives: int) -> list[str]:
     hours = f"{dives * WINDOW_S / 3600:.2f}"
     return [
         name, f"{100 * np.mean(inside):.1f}", f"{100 * np.mean(near):.1f}",
-        f"{len(separable(vehicle))} of {vehicle.n}", *shares, f"{wrongly}, {cried}", hours,
+        f"{len(apart)} of {vehicle.n}", *shares, f"{wrongly}, {cried}", hours,
     ]  # fmt: skip
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from alloc import load_vehicle
-from dives import body, fly, of_vehicle, sole_failures
+from dives import body, fly, of_vehicle, separable, sole_failures
 
 
 def test_a_row_names_dead_thrusters_and_accuses_no_healthy_one() -> None:
@@ -16,7 +16,7 @@ def test_a_row_names_dead_thrusters_and_accuses_no_healthy_one() -> None:
 
 def test_only_failures_that_can_be_told_apart_are_flown() -> None:
     vessel = load_vehicle("supply-vessel")
-    readiness, off = sole_failures(vessel, 6)
+    readiness, off = sole_failures(vessel, separable(vessel), 6)
     assert set(off) == {4, 5}
     assert ((readiness == 0.0).sum(axis=1) == 1).all()
 
