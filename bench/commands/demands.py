@@ -37,7 +37,8 @@ def command(
     Rate, gaps, labels, what a closed form could serve, and the energy where the vehicle has a cap. With
     --from-outputs, of a log of commands to the ESCs (ArduPilot .BIN, PX4 ULog, CSV with u0, u1, …): which
     wrench they made by the vehicle's `esc`, how often a thruster stood at its end or in its dead band, what
-    of the demand was left undone, and, where the vehicle has a cap, the battery's current beside the model's.
+    of the demand was left undone, what `scaled` would leave of it, and, where the vehicle has a cap, the
+    battery's current beside the model's.
     -o writes the wrenches that were made. With --accelerations, of the same logs where they hold the motion
     (docs/failures.md): how ready each thruster was, with an interval, and which ones are weak.
     """

@@ -1,13 +1,14 @@
 """Summaries of logs: of demands, what they ask and for how long too much; of outputs, the wrench made."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from alloc import Label, Vehicle, alpha_max
-from alloc.allocation import BoolArray, FloatArray
+from alloc import AllocError, Label, Vehicle, alpha_max, build
+from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray
 from alloc.vehicle.geometry import unit
 from alloc.vehicle.limits import Interval
 from bench.demands import ATTAINED, DemandSet
@@ -15,6 +16,9 @@ from bench.demands.strong import axis_maxima, strong_demands, strong_vehicle
 from bench.inputs.columns import VOLTS
 from bench.inputs.logs import after_gaps
 from bench.inputs.outputs import Outputs
+
+EXACT = "scaled"
+"""Method that delivers as much of each demand as thrusters can along it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -137,6 +141,8 @@ class Undone(NamedTuple):
     attainable : share of the demands that thrusters meet within limits, at each row's voltage where it has
         one; NaN where axes are missing
     lost : (m,) mean of |demanded - made| over those that could have been met [N, N m]
+    exact : (2, m) mean and largest part of the demands that EXACT leaves undone within the same limits, asked
+        on missing axes for what was made [N, N m]; NaN where it refuses the vehicle
     """
 
     axes: tuple[str, ...]
@@ -144,6 +150,7 @@ class Undone(NamedTuple):
     most: FloatArray
     attainable: float
     lost: FloatArray
+    exact: FloatArray
 
 
 class Delivered(NamedTuple):
@@ -236,9 +243,9 @@ def _undone(
     rows = np.isfinite(asked[:, known]).all(axis=1)
     if not rows.any():
         return None
-    asked = asked[rows]
+    asked, made = asked[rows], made[rows]
     low, high = (side[rows] for side in limits)
-    missed = np.abs(asked - made[rows])[:, known]
+    missed = np.abs(asked - made)[:, known]
     axes = tuple(axis for axis, there in zip(vehicle.dof, known.tolist(), strict=True) if there)
     attainable: BoolArray = np.ones(len(asked), dtype=bool)
     share = np.nan
@@ -246,7 +253,15 @@ def _undone(
         attainable = alpha_max(strong_vehicle(vehicle), strong_demands(vehicle, asked), low, high) >= ATTAINED
         share = float(attainable.mean())
     lost = missed[attainable].mean(axis=0) if attainable.any() else np.zeros(len(axes))
-    return Undone(axes, missed.mean(axis=0), missed.max(axis=0), share, lost)
+    exact = np.full((2, len(axes)), np.nan)
+    with suppress(AllocError):  # too many facets, or all that is left is weak
+        whole = np.where(known, asked, made)
+        F, _ = build(EXACT, vehicle).many(whole, f_min=low, f_max=high)
+        left = np.abs(whole - F @ vehicle.TP.T)
+        left[left <= WRENCH_TOLERANCE * vehicle.wrench_scale] = 0.0
+        left = left[:, known]
+        exact = np.array([left.mean(axis=0), left.max(axis=0)])
+    return Undone(axes, missed.mean(axis=0), missed.max(axis=0), share, lost, exact)
 
 
 def outputs_text(
@@ -278,9 +293,12 @@ def outputs_text(
     else:
         if not np.isnan(undone.attainable):
             lines.append(("demands that could be met", f"{100 * undone.attainable:.2f} % of rows with one"))
-        for axis, mean, most, lost in zip(undone.axes, undone.mean, undone.most, undone.lost, strict=True):
+        columns = undone.axes, undone.mean, undone.most, undone.lost, undone.exact.T
+        for axis, mean, most, lost, exact in zip(*columns, strict=True):
             said = f"{mean:.4g} {unit(axis)} on average, {most:.4g} at most"
             if not np.isnan(undone.attainable):
                 said += f", {lost:.4g} {unit(axis)} of those that could be met"
+            if not np.isnan(exact).any():
+                said += f"; {EXACT} leaves {exact[0]:.4g} {unit(axis)} on average, {exact[1]:.4g} at most"
             lines.append((f"left undone, {axis}", said))
     return aligned([*lines, *more])

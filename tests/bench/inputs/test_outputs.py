@@ -89,10 +89,11 @@ def test_a_mixer_that_did_its_work_left_the_rounding_undone_and_one_that_halves_
     assert (well.most < 0.02 * full_authority(VEHICLE)[rows]).all()  # eight half steps of up to 0.16 N
     asked: FloatArray = np.abs(TAUS[:, rows]).mean(axis=0)
     assert half.mean == pytest.approx(asked / 2, rel=0.1)
+    assert half.exact == pytest.approx(0.0)
 
 
 def test_demands_beyond_what_the_escs_make_could_not_be_met_whatever_the_limits_say(tmp_path: Path) -> None:
-    """Limits of 60 N, of which the curve makes 51 N at 16 V."""
+    """Limits of 60 N, of which the curve makes 51 N at 16 V. Exactly answered, a hundredth was left."""
     wide = replace(VEHICLE, by_volts=None)
     low, high = wide.esc_limits(VOLTS)
     taus = np.outer(np.repeat([1.02, 0.98], 25), TAUS[9])
@@ -102,6 +103,10 @@ def test_demands_beyond_what_the_escs_make_could_not_be_met_whatever_the_limits_
     undone = made_by(outputs, wide).undone
     assert undone is not None
     assert undone.attainable == 0.5
+    beyond = np.abs(taus[:25]) * 0.02 / 1.02
+    assert undone.exact == pytest.approx(np.array([beyond.mean(axis=0) / 2, beyond.max(axis=0)]), rel=1e-6)
+    said = outputs_text(made_by(outputs, wide), outputs, wide)
+    assert f"; scaled leaves {undone.exact[0][0]:.4g} N on average" in said
 
 
 def test_demands_and_times_beside_commands_are_found_as_in_a_log_of_demands(tmp_path: Path) -> None:
