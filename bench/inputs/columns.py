@@ -77,16 +77,6 @@ _SUFFIX = re.compile(r"(?P<name>.+)_(?P<unit>s|sec|m?s|msec|us|usec|ns|k?Nm?|m?V
 _AXES = {name: axis for wrench in WRENCHES for name, axis in zip(wrench.names, DOF, strict=True) if name}
 _ANGLES = {name for name in _AXES if {*MOMENTS} & {*name.split(".")} and not name.startswith("tau.")}
 """Known names of moments that attitudes have as well, as ``yaw`` and ``yaw.cmd``."""
-_KINDS = {
-    **dict.fromkeys(("tau", "wrench"), DOF),
-    **dict.fromkeys(("force", "thrust"), DOF[:3]),
-    **dict.fromkeys(("torque", "moment"), DOF[3:]),
-}
-_ORDERS = ("cmd", "command", "des", "desired", "ref", "reference", "demand", "setpoint", "sp", "target")
-_WORDS = _KINDS | dict.fromkeys(_ORDERS, DOF) | {name: (axis,) for name, axis in _AXES.items()}
-"""Words of names of demands, and the axes that each may mean."""
-_LETTERS = {"x": DOF[::3], "y": DOF[1::3], "z": DOF[2::3], "k": DOF[3:4], "m": DOF[4:5], "n": DOF[5:]}
-"""Letters that mean axes beside a word for a wrench: ``z_ref`` is a depth."""
 
 
 class Column(NamedTuple):
@@ -160,17 +150,14 @@ def assign(
     """
     known = _known(header, units)
     found = {q: named_column(place, header, units, q, given) for q in (*dof, TIME) if q in given}
-    by_table: dict[str, Column] = {}
-    several: dict[str, dict[int, str]] = {}
-    taken = {column.place for column in (*found.values(), *(c for each in known.values() for c in each))}
-    for axis in (axis for axis in dof if axis not in given):
-        columns = [column for column in known.get(axis, []) if not isnan(column.factor)]
-        by_table |= {axis: columns[0]} if columns else {}
-        others = {i: name for i, name in _possible(axis, header, units).items() if i not in taken}
-        if columns and len(columns) + len(others) > 1:
-            several[axis] = {column.place: column.name for column in columns} | others
-    if several:
-        raise DemandError(f"{place}: {_contested(header, several, given)}")
+    usable = {
+        axis: [column for column in known.get(axis, []) if not isnan(column.factor)]
+        for axis in dof
+        if axis not in given
+    }
+    if several := {axis: columns for axis, columns in usable.items() if len(columns) > 1}:
+        raise DemandError(f"{place}: {_contested(several, given)}")
+    by_table = {axis: columns[0] for axis, columns in usable.items() if columns}
     if every and (missing := [axis for axis in dof if axis not in found and axis not in by_table]):
         raise DemandError(f"{place}: {_missed(header, units, known, given, missing)}")
     if by_table and not find_spellings(column.name for column in by_table.values()):
@@ -199,39 +186,19 @@ def assign(
     return found
 
 
-def _possible(axis: str, header: Sequence[str], units: Sequence[str]) -> dict[int, str]:
-    """Columns whose names have words of demands on an axis only: by place, each as --columns takes it."""
-    possible = {}
-    for i, (name, below) in enumerate(zip_longest(header, units[: len(header)], fillvalue="")):
-        bare, unit = split(name, below)
-        words = key(bare).split(".")
-        means = _WORDS | _LETTERS if {*words} & {*_KINDS} else _WORDS
-        says_axis = any(word in _AXES or word in _LETTERS for word in words)
-        is_foreign = unit and isnan(unit_factor(axis, unit))
-        if says_axis and not is_foreign and all(axis in means.get(word, ()) for word in words):
-            possible[i] = name if unit or key(name) in _AXES else propose_column(axis, name)
-    return possible
-
-
-def _contested(
-    header: Sequence[str], several: Mapping[str, Mapping[int, str]], given: Mapping[str, str]
-) -> str:
+def _contested(several: Mapping[str, Sequence[Column]], given: Mapping[str, str]) -> str:
     """The refusal of a table in which each axis may be any of several columns."""
-    names = {axis: [header[i] for i in columns] for axis, columns in several.items()}
     may = "; ".join(
-        f"{axis} may be {' or '.join(repr(n[:40]) for n in each)}" for axis, each in names.items()
+        f"{axis} may be {' or '.join(repr(column.name[:40]) for column in columns)}"
+        for axis, columns in several.items()
     )
-    if any(len({*each}) < len(each) for each in names.values()):
+    if any(len({column.name for column in columns}) < len(columns) for columns in several.values()):
         return f"{may}; rename one"
-    first = {axis: next(iter(columns.values())) for axis, columns in several.items()}
-    last, used = dict(first), set[int]()
-    for axis, columns in several.items():
-        place = next((i for i in [*columns][:0:-1] if i not in used), None)
-        if place is not None:
-            last[axis] = columns[place]
-            used.add(place)
-    first, last = {**given, **first}, {**given, **last}
-    return f"{may}; choose by {columns_option(first)} or {columns_option(last)}"
+    first, last = (
+        columns_option({**given, **{axis: columns[end].name for axis, columns in several.items()}})
+        for end in (0, -1)
+    )
+    return f"{may}; choose by {first} or {last}"
 
 
 def possible_angles(found: Mapping[str, Column]) -> dict[str, str]:
@@ -325,13 +292,8 @@ def _missed(
         names = " and ".join(repr(shown[column.place][:40]) for column in odd.values())
         kinds = " or ".join(dict.fromkeys(", ".join(known_units(axis)) for axis in odd))
         parts.append(f"the unit of {names} is not known, expected {kinds}; convert it in the file")
-    named = dict(given)
-    for axis in missing:
-        like = [*_possible(axis, header, units).values()]
-        named[axis] = (
-            like[0] if len(like) == 1 else propose_column(axis, odd[axis].name if axis in odd else "NAME")
-        )
-    return f"{'; '.join(parts)}; {columns_option(named)}{' and --scale' if odd else ''}"
+    named = {axis: propose_column(axis, odd[axis].name if axis in odd else "NAME") for axis in missing}
+    return f"{'; '.join(parts)}; {columns_option({**given, **named})}{' and --scale' if odd else ''}"
 
 
 def columns_option(named: Mapping[str, str]) -> str:

@@ -14,8 +14,6 @@ from alloc.vehicle.limits import VoltageTable
 from bench.inputs.columns import VOLTS, Column, named_column, split
 
 _LIMIT = re.compile(r"f(?P<thruster>\d{1,9})_(?P<side>min|max)")
-_SIDE = "(?:min|max|minimum|maximum|lower|upper|lb|ub)"
-_WORDS = "(?:force|thrust|lim(?:it)?)*"
 
 
 def limit_columns(
@@ -35,47 +33,26 @@ def limit_columns(
     thrusters : their names; ``bow port_min`` is ``f0_min`` where bow port is the first
     given, found : names as the user states them, by quantity, and the columns found by these
 
-    Raises DemandError for one twice, in another unit, or spelt otherwise, as ``f_max3`` or ``Bow Port max``:
-    a limit that is left out gives thrusts beyond it.
+    Raises DemandError for one twice, or in another unit.
     """
     limits: dict[str, Column] = {}
-    named = {i: name for i, name in enumerate(thrusters) if name}
-    places = {f"{name}_{side}": f"f{i}_{side}" for i, name in named.items() for side in ("min", "max")}
-    who = "|".join(
-        [
-            r"(?:f|force|thrust|thruster|lim|limit|forcelimit)\d*",
-            *(re.escape(_squeezed(n)) for n in named.values()),
-        ]
-    )
-    like = re.compile(rf"(?:{who}){_WORDS}{_SIDE}{_WORDS}\d*|{_SIDE}{_WORDS}(?:{who})")
+    named = [(i, name) for i, name in enumerate(thrusters) if name]
+    places = {f"{name}_{side}": f"f{i}_{side}" for i, name in named for side in ("min", "max")}
     others = {column.place for quantity, column in found.items() if quantity in given}
     for i, column in enumerate(header):
-        below = units[i] if i < len(units) else ""
-        bare, unit = split(column, below)
+        bare, unit = split(column, units[i] if i < len(units) else "")
         name = places.get(bare) or bare.lower()
-        if i in others:
+        if i in others or not (name == VOLTS or _LIMIT.fullmatch(name)):
             continue
-        if name != VOLTS and not _LIMIT.fullmatch(name):
-            if like.fullmatch(_squeezed(bare)):
-                also = "".join(f", or {name}_min" for name in list(named.values())[:1])
-                raise DemandError(
-                    f"{place}: column {column[:40]!r} looks like a limit, expected f0_min, f0_max{also};"
-                    " rename it"
-                )
-        elif name in limits:
+        if name in limits:
             raise DemandError(f"{place}: column {name!r} stands twice; keep one")
-        else:
-            factors = {"": 1.0, "V": 1.0, "mV": 1e-3} if name == VOLTS else {"": 1.0, "N": 1.0}
-            if (unit := unit.strip()) not in factors:
-                raise DemandError(f"{place}: {column!r} is in {unit}, expected N, or V or mV for volts")
-            limits[name] = Column(i, column, factors[unit], unit)
+        factors = {"": 1.0, "V": 1.0, "mV": 1e-3} if name == VOLTS else {"": 1.0, "N": 1.0}
+        if (unit := unit.strip()) not in factors:
+            raise DemandError(f"{place}: {column!r} is in {unit}, expected N, or V or mV for volts")
+        limits[name] = Column(i, column, factors[unit], unit)
     if VOLTS in given:
         limits[VOLTS] = named_column(place, header, units, VOLTS, given)
     return limits
-
-
-def _squeezed(name: str) -> str:
-    return re.sub(r"[\W_]", "", name.lower())
 
 
 def row_limits(
