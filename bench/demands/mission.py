@@ -12,8 +12,9 @@ Parameters: von Benzon et al. 2022, "An Open-Source Benchmark Simulator: Control
 Underwater Robot", J. Mar. Sci. Eng. 10(12), 1898, Table A1. Its centre of mass is the origin.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -131,6 +132,21 @@ class Flight:
     setpoints: FloatArray
 
 
+class Surroundings(NamedTuple):
+    """Surroundings of N demands.
+
+    Attributes
+    ----------
+    setpoints : (N, 6) where the vehicle should be, in earth axes [m, rad]
+    current : (N, 3) in earth axes [m/s]
+    noise : (N, 6) of the measured velocities [m/s, rad/s]
+    """
+
+    setpoints: FloatArray
+    current: FloatArray
+    noise: FloatArray
+
+
 Act = Callable[[FloatArray], FloatArray]
 """A function of the autopilot's demand (k,) that returns the wrench (k,) that acts [N, N m]."""
 
@@ -156,15 +172,39 @@ def fly(
     The autopilot limits each axis to what that axis reaches alone, as autopilots do, so its demands are
     often infeasible. Raises NotApplicable where zero thrust is forbidden.
     """
+    before, after = act or (largest_share(vehicle), largest_share(degraded))
+    surroundings = _surroundings(rng, np.isin(DOF, vehicle.dof))
+    acts = [before] * min(failure, n) + [after] * (n - failure)
+    return follow(vehicle, surroundings, acts, newtons_of_the_body(vehicle))
+
+
+def move(vehicle: Vehicle, axis: str, metres: float, n: int, act: Act) -> Flight:
+    """Simulate n demands of a move along one axis, from rest, in still water.
+
+    A newton of the vehicle is one on the body here: shares of what axes reach would enlarge what a move along
+    one axis makes on another.
+    """
+    still = Surroundings(np.zeros((n, 6)), np.zeros((n, 3)), np.zeros((n, 6)))
+    still.setpoints[:, DOF.index(axis)] = metres
+    return follow(vehicle, still, [act] * n, ways_of_the_body(vehicle))
+
+
+def follow(
+    vehicle: Vehicle, surroundings: Surroundings, acts: Sequence[Act], per_newton: FloatArray
+) -> Flight:
+    """Simulate the body and its autopilot from rest at the origin.
+
+    ``acts`` has what acts at each demand in turn; ``per_newton`` (k,) is the wrench on the body for 1 N or
+    1 N m on each axis of the vehicle.
+    """
     axes = [DOF.index(axis) for axis in vehicle.dof]
     free = np.isin(np.arange(6), axes)
-    per_newton = newtons_of_the_body(vehicle)
     backward, forward = axis_maxima(vehicle)
-    setpoints, current, noise = _surroundings(rng, free)
+    setpoints, current, noise = surroundings
+    n = len(acts)
     taus, poses = np.empty((n, vehicle.k)), np.empty((n, 6))
     pose, v, integral = np.zeros(6), np.zeros(6), np.zeros(6)
-    before, after = act or (largest_share(vehicle), largest_share(degraded))
-    for i in range(n):
+    for i, act in enumerate(acts):
         R, g = rotation(pose[3:]), restoring(pose[3:])
         error = setpoints[i] - pose
         error[3:] = (error[3:] + np.pi) % (2 * np.pi) - np.pi
@@ -172,7 +212,7 @@ def fly(
         wish = M * STIFFNESS * (STIFFNESS * (error + integral) - 2 * DAMPING * (v + noise[i])) + g
         tau = np.clip(wish[axes] / per_newton, backward, forward)
         taus[i], poses[i] = tau, pose
-        acting = (before if i < failure else after)(tau)
+        acting = act(tau)
         wrench = np.zeros(6)
         wrench[axes] = acting * per_newton
         # Anti-windup: no integration while the thrusters saturate.
@@ -235,9 +275,15 @@ def newtons_of_the_body(vehicle: Vehicle) -> FloatArray:
     """
     heavy = load_vehicle("bluerov2-heavy")
     reach = dict(zip(heavy.dof, _reach(heavy), strict=True))
-    ways = signs(vehicle.dof) if vehicle.frame == "flu" else np.ones(vehicle.k)
-    per_newton: FloatArray = ways * np.array([reach[axis] for axis in vehicle.dof]) / _reach(vehicle)
+    shares = np.array([reach[axis] for axis in vehicle.dof]) / _reach(vehicle)
+    per_newton: FloatArray = ways_of_the_body(vehicle) * shares
     return per_newton
+
+
+def ways_of_the_body(vehicle: Vehicle) -> FloatArray:
+    """(k,) 1, or -1 where an axis of the vehicle points against the body's."""
+    ways: FloatArray = signs(vehicle.dof) if vehicle.frame == "flu" else np.ones(vehicle.k)
+    return ways
 
 
 def _reach(vehicle: Vehicle) -> FloatArray:
@@ -247,8 +293,8 @@ def _reach(vehicle: Vehicle) -> FloatArray:
     return np.where(reach > 0, reach, vehicle.wrench_scale)
 
 
-def _surroundings(rng: np.random.Generator, free: BoolArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Setpoints (2 HALF, 6), current (2 HALF, 3) in earth axes [m/s] and velocity noise (2 HALF, 6)."""
+def _surroundings(rng: np.random.Generator, free: BoolArray) -> Surroundings:
+    """The whole mission's, 2 HALF demands."""
     n = 2 * HALF
     setpoints = np.zeros((n, 6))
     for start in STEPS:
@@ -260,4 +306,4 @@ def _surroundings(rng: np.random.Generator, free: BoolArray) -> tuple[FloatArray
     for i in range(1, n):
         gusts[i] += keep * gusts[i - 1]
     current = gusts + CURRENT * np.array([np.cos(heading), np.sin(heading), 0.0])
-    return setpoints * free, current, rng.normal(size=(n, 6)) * NOISE
+    return Surroundings(setpoints * free, current, rng.normal(size=(n, 6)) * NOISE)

@@ -1,18 +1,24 @@
 """Cost of a vehicle's own mixer: what it delivers of demands that its thrusters can meet."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from alloc import AllocError, Vehicle, build
+from alloc import Allocator, AllocError, Vehicle, build
 from alloc.allocation import FloatArray
-from bench.demands.strong import strong_demands, strong_vehicle
+from alloc.vehicle.geometry import DOF
+from bench.demands.mission import RATE_HZ, move
+from bench.demands.strong import axis_maxima, strong_demands, strong_vehicle
 from bench.judging.judge import rounded
 from bench.judging.loss import relative_wrench_error
-from bench.record import SERVED_WITHIN, MixerCost
+from bench.record import SERVED_WITHIN, MixerCost, Move
 
 METHOD, EXACT = "ardusub", "scaled"
 """The mixer, and a method that is exact where the demand can be met and always answers."""
 COSTLIEST = 3
 """Demands that are shown."""
+MOVE_M, MOVE_S = 3.0, 5.0
+"""Length [m] and time [s] of a move: the vehicle takes about four seconds."""
 
 
 def mixer_cost(vehicle: Vehicle, taus: FloatArray) -> MixerCost | None:
@@ -20,7 +26,8 @@ def mixer_cost(vehicle: Vehicle, taus: FloatArray) -> MixerCost | None:
     if vehicle.autopilot is None:
         return None
     try:
-        F, exact = (build(method, vehicle).many(taus)[0] for method in (METHOD, EXACT))
+        allocators = build(METHOD, vehicle), build(EXACT, vehicle)
+        F, exact = (allocate.many(taus)[0] for allocate in allocators)
     except AllocError:  # too many facets, or all that is left is weak
         return None
     asked = strong_vehicle(vehicle), strong_demands(vehicle, taus)
@@ -37,7 +44,30 @@ def mixer_cost(vehicle: Vehicle, taus: FloatArray) -> MixerCost | None:
         demands=_rounded(taus[worst]),
         wrenches=_rounded(F[worst] @ vehicle.TP.T),
         missed=[rounded(share) for share in missed[worst].tolist()],
+        moves=list(simulate_moves(vehicle, *allocators)),
+        move_m=MOVE_M,
     )
+
+
+def simulate_moves(vehicle: Vehicle, mixer: Allocator, exact: Allocator) -> Iterator[Move]:
+    """Moves along each axis of translation that the vehicle reaches both ways (``bench.demands.mission``)."""
+    for axis, *ends in zip(vehicle.dof, *axis_maxima(vehicle), strict=True):
+        if axis in DOF[:3] and all(ends):
+            off_m, turned_deg = zip(_strays(vehicle, mixer, axis), _strays(vehicle, exact, axis), strict=True)
+            yield Move(axis=axis, off_m=off_m, turned_deg=turned_deg)
+
+
+def _strays(vehicle: Vehicle, allocate: Allocator, axis: str) -> tuple[float, float]:
+    """Largest distance from the line [m] and turn, up to 180 [deg], of moves both ways along an axis."""
+    other = [place for place in range(3) if DOF[place] != axis]
+    off, turned = 0.0, 0.0
+    for metres in (MOVE_M, -MOVE_M):
+        poses = move(
+            vehicle, axis, metres, round(MOVE_S * RATE_HZ), lambda tau: vehicle.TP @ allocate(tau).f
+        ).poses
+        off = max(off, float(np.linalg.norm(poses[:, other], axis=1).max()))
+        turned = max(turned, float(np.degrees(np.abs(poses[:, 3:])).max()))
+    return round(off, 3), min(180.0, round(turned, 1))
 
 
 def _rounded(wrenches: FloatArray) -> list[list[float]]:

@@ -20,7 +20,7 @@ from bench.record.measured import (
     Served,
     Unserved,
 )
-from bench.record.mixer import MixerCost
+from bench.record.mixer import MixerCost, Move
 from bench.record.schema import (
     NO_VEHICLE,
     SCHEMA,
@@ -64,6 +64,7 @@ __all__ = [
     "Loss",
     "Method",
     "MixerCost",
+    "Move",
     "Plane",
     "Power",
     "Problem",

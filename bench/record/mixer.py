@@ -3,6 +3,21 @@
 import msgspec
 
 
+class Move(msgspec.Struct, kw_only=True):
+    """A simulated move along one axis, the worse of both ways, with the mixer and the exact answer in turn.
+
+    Attributes
+    ----------
+    axis : that of the move
+    off_m : (2,) largest distance from the straight line [m]
+    turned_deg : (2,) largest angle of roll, pitch or yaw, up to 180 [deg]
+    """
+
+    axis: str
+    off_m: tuple[float, float]
+    turned_deg: tuple[float, float]
+
+
 class MixerCost(msgspec.Struct, kw_only=True):
     """Part of the demands that thrusters can meet which a vehicle's autopilot delivers.
 
@@ -16,6 +31,7 @@ class MixerCost(msgspec.Struct, kw_only=True):
     demands, wrenches : (m, k) the demands that cost the mixer most, the costliest first, and what it makes of
         them [N, N m]
     missed : (m,) share of each demand's wrench that is not delivered [-]
+    moves : moves of ``move_m`` metres; empty in older records
     """
 
     method: str
@@ -28,6 +44,8 @@ class MixerCost(msgspec.Struct, kw_only=True):
     demands: list[list[float]]
     wrenches: list[list[float]]
     missed: list[float]
+    moves: list[Move] = []
+    move_m: float = 3.0
 
     def __post_init__(self) -> None:
         """Raise ValueError, which the reader names with its line, where a demand lacks its wrench."""

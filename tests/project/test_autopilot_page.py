@@ -10,6 +10,7 @@ from alloc import build
 from alloc.lint.autopilot import shares
 from alloc.vehicle.file import load_vehicle
 from alloc.vehicle.geometry import DOF
+from bench.judging.mixer import simulate_moves
 from tests.pages import saved
 from tests.places import DOCS
 
@@ -36,6 +37,15 @@ def test_the_table_shows_what_each_method_makes_of_each_move(tmp_path: Path) -> 
         for method, cell in (("ardusub", mixed), ("scaled", exact)):
             made = vehicle.T @ build(method, vehicle)(tau).f
             np.testing.assert_allclose(wrench(cell, vehicle.dof), made, rtol=1e-3, atol=1e-6)
+
+
+def test_the_turn_in_the_prose_is_that_of_the_simulated_move(tmp_path: Path) -> None:
+    saved(PAGE, tmp_path)
+    vehicle = load_vehicle(tmp_path / "payload.yaml")
+    move = next(simulate_moves(vehicle, build("ardusub", vehicle), build("scaled", vehicle)))
+    found = re.search(r"turns by ([\d.]+)°, with `scaled` by (\d+)°", PAGE.read_text(encoding="utf-8"))
+    assert found is not None
+    assert (move.axis, *move.turned_deg) == ("surge", *map(float, found.groups()))
 
 
 def test_the_two_couplings_in_the_prose_are_those_of_the_table(tmp_path: Path) -> None:

@@ -37,4 +37,28 @@ def _vehicle(capability: Capability, cost: MixerCost) -> list[str]:
                 for asked, made, missed in zip(cost.demands, cost.wrenches, cost.missed, strict=True)
             ],
         ),
+        *_moves(cost),
+    ]
+
+
+def _moves(cost: MixerCost) -> list[str]:
+    if not cost.moves:
+        return []
+    return [
+        f"Moves of {cost.move_m:g} m from rest, simulated with a BlueROV2 Heavy's body in still water while a"
+        " controller holds the other axes: distance off the line, and turn, of the worse way:\n",
+        table(
+            [
+                "move",
+                *(
+                    f"{method}, {what}"
+                    for what in ("off [m]", "turn [°]")
+                    for method in (cost.method, cost.exact)
+                ),
+            ],
+            [
+                [one.axis, *(f"{off:.3f}" for off in one.off_m), *(f"{turn:.1f}" for turn in one.turned_deg)]
+                for one in cost.moves
+            ],
+        ),
     ]

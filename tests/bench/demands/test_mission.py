@@ -7,6 +7,7 @@ import pytest
 
 from alloc import Label, NotApplicable, Vehicle, load_vehicle
 from alloc.reach.attainable import single_axis_maxima
+from alloc.vehicle.geometry import DOF
 from bench.demands import DemandSet, build_demands, mission
 from bench.demands.mission import HALF, STEPS, fly
 
@@ -153,3 +154,18 @@ def test_a_vehicle_with_one_thruster_has_no_mission_fault_set():
     )
     with pytest.raises(NotApplicable, match="one thruster"):
         build_demands("mission-fault", one, 1)
+
+
+@pytest.mark.parametrize("name", ["bluerov2", "bluerov2-heavy"])  # in flu and in frd
+@pytest.mark.parametrize("axis", ["surge", "sway", "heave"])
+def test_a_move_ends_where_it_was_to_end_and_what_turns_the_vehicle_is_seen(name: str, axis: str) -> None:
+    vehicle = load_vehicle(name)
+    place = DOF.index(axis)
+    straight = mission.move(vehicle, axis, -3.0, 500, lambda tau: tau).poses
+    assert straight[-1, place] == pytest.approx(-3.0, abs=0.3)
+    assert np.delete(straight, place, axis=1) == pytest.approx(0.0, abs=1e-9)
+    yaw = vehicle.dof.index("yaw")
+    aside = np.eye(vehicle.k)[yaw] * (1 if vehicle.frame == "frd" else -1)
+    turned = mission.move(vehicle, axis, -3.0, 10, lambda tau: aside).poses  # 1 N m, and nothing else
+    inertia, t = mission.M[5], np.arange(10) / 100
+    assert turned[:, 5] == pytest.approx(t * (t + 0.01) / (2 * inertia), rel=0.01)

@@ -63,6 +63,21 @@ def test_the_demands_can_be_met_and_the_wrenches_are_the_mixer_s(cost: MixerCost
     assert cost.exact_served == N > cost.served > 0
 
 
+def test_moves_stray_with_the_mixer_where_its_factors_couple_axes_and_not_with_the_exact_answer(
+    tmp_path: Path, measured: Capability, cost: MixerCost
+) -> None:
+    """The lateral thrusters of a BlueROV2 lie below its centre, and it can't roll against all their sway."""
+    assert [move.axis for move in cost.moves] == ["surge", "sway", "heave"]
+    assert [(move.off_m[1], move.turned_deg[1]) for move in cost.moves] == [(0, 0)] * 3
+    assert [move.turned_deg[0] > 1 for move in cost.moves] == [False, True, False]
+    rows = re.findall(
+        r"^\| (surge|sway|heave) +\| ([-\d. |]+)\|$", mixer(run_with(tmp_path, measured), frozenset()), re.M
+    )
+    assert [[float(number) for number in row.split("|")] for _, row in rows] == [
+        [*move.off_m, *move.turned_deg] for move in cost.moves
+    ]
+
+
 def test_a_vehicle_without_an_autopilot_has_no_such_section(tmp_path: Path) -> None:
     (capability,) = measure_capabilities([load_vehicle("ukwial")], ["pinv"], 0, ask_here, 60)
     assert capability.mixer is None
