@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from alloc.allocation import EXACT_TOLERANCE, Allocation, FloatArray, IndexArray, Status, StatusArray
+from alloc.allocation import EXACT_TOLERANCE, Allocation, FloatArray, Status, StatusArray
 from alloc.formulations.frugal import FORMULATION as ANSWERED
 from alloc.nullspace.by_level import allocator
 from alloc.nullspace.current_cap import SPARE, below_rest, reaches
@@ -127,7 +127,7 @@ class Frugal:
         from scipy.optimize import linprog
 
         n, T = len(f), self._vehicle.strong.TP / self._vehicle.wrench_scale[:, None]
-        thruster, length, slope = straight_pieces(draw, low, high)
+        thruster, length, slope = draw.pieces(low, high)
         step = T.dot(f - rest)
         capped = cap is not None
         found = linprog(
@@ -153,20 +153,3 @@ class Frugal:
         if np.abs(wrench - T.dot(x)).max() > EXACT_TOLERANCE:
             return (0.0, rest) if capped else (1.0, f)
         return part, x
-
-
-def straight_pieces(
-    draw: Draw, low: FloatArray, high: FloatArray
-) -> tuple[IndexArray, FloatArray, FloatArray]:
-    """Thruster, length [N] and slope [A/N] of each straight piece of the currents within limits (n,) [N]."""
-    thruster: list[int] = []
-    lengths, slopes = [], []
-    for curve, columns in draw.groups:
-        for i in columns.tolist():
-            pieces = curve.pieces(low[i], high[i])
-            inside = pieces.f[(pieces.f > low[i]) & (pieces.f < high[i])]
-            ends = np.unique(np.concatenate([[low[i]], inside, [high[i]]]))
-            lengths.append(np.diff(ends))
-            slopes.append(np.diff(pieces.draws(ends)) / lengths[-1])
-            thruster += [i] * len(lengths[-1])
-    return np.array(thruster, dtype=np.intp), np.concatenate(lengths), np.concatenate(slopes)

@@ -14,6 +14,7 @@ from alloc.errors import NotApplicable, SolverError
 from alloc.reach.zonotope import facets, zonotope
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import limits_of
+from alloc.vehicle.current import checked_cap
 from alloc.vehicle.degeneracy import NOTHING
 
 BAND = 1e-3
@@ -61,7 +62,13 @@ class Margins(NamedTuple):
 
 
 def alpha_max(
-    vehicle: Vehicle, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+    vehicle: Vehicle,
+    taus: ArrayLike,
+    f_min: ArrayLike | None = None,
+    f_max: ArrayLike | None = None,
+    *,
+    cap: float | None = None,
+    volts: float | None = None,
 ) -> FloatArray:
     """alpha* = max {alpha : T P f = alpha tau, f_min <= f <= f_max} for each demand, exactly.
 
@@ -74,24 +81,38 @@ def alpha_max(
     ----------
     taus : (N, k) demands [N, N m]
     f_min, f_max : limits of all demands (n,), or of each (N, n) [N]; left out, the vehicle's
+    cap, volts : most current of all thrusters together [A], and the voltage of the currents [V]
 
     Returns
     -------
     (N,) alpha* [-]
     """
-    return alpha_range(vehicle, taus, f_min, f_max)[1]
+    return alpha_range(vehicle, taus, f_min, f_max, cap=cap, volts=volts)[1]
 
 
 def alpha_range(
-    vehicle: Vehicle, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+    vehicle: Vehicle,
+    taus: ArrayLike,
+    f_min: ArrayLike | None = None,
+    f_max: ArrayLike | None = None,
+    *,
+    cap: float | None = None,
+    volts: float | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Least and largest alpha (N,) with alpha tau attainable; (inf, -inf) where there is none.
 
     If zero thrust lies inside the limits, the least is <= 0, and tau is attainable where alpha* >= 1. If
-    not, tau is attainable where alpha* >= 1 and the least is <= 1. Limits are as in ``alpha_max``; where
-    f_min exceeds f_max there is no alpha.
+    not, tau is attainable where alpha* >= 1 and the least is <= 1. Limits and cap are as in ``alpha_max``;
+    where f_min exceeds f_max there is no alpha. Under a cap each takes a linear program.
     """
     demands = checked_many(taus, vehicle.k)
+    if cap is not None:
+        rows = list(zip(demands, *limits_of(vehicle, len(demands), f_min, f_max), strict=True))
+        ends = [
+            [alpha_max_lp(vehicle, sign * tau, *bounds, cap=cap, volts=volts) for tau, *bounds in rows]
+            for sign in (-1.0, 1.0)
+        ]
+        return -np.array(ends[0]), np.array(ends[1])
     if f_min is not None or f_max is not None:
         return _range_within(vehicle, demands, *limits_of(vehicle, len(demands), f_min, f_max))
     if comb(len(vehicle.working), max(vehicle.rank - 1, 0)) > FACETS:
@@ -191,18 +212,24 @@ def label(
     band: float = BAND,
     f_min: ArrayLike | None = None,
     f_max: ArrayLike | None = None,
+    *,
+    cap: float | None = None,
+    volts: float | None = None,
 ) -> Margins:
     """Label of each demand (N, k), with the margins that decide it.
 
     A demand is infeasible where alpha* < 1 - band; else boundary where |alpha* - 1| <= band; else
-    inactive where T* tau lies inside the limits, active where it does not. Limits are as in ``alpha_max``.
+    inactive where T* tau lies inside the limits, and its current within the cap, active where it does not.
+    Limits and cap are as in ``alpha_max``.
     """
     taus = checked_many(taus, vehicle.k)
-    least, most = alpha_range(vehicle, taus, f_min, f_max)
+    least, most = alpha_range(vehicle, taus, f_min, f_max, cap=cap, volts=volts)
     low, high = limits_of(vehicle, len(taus), f_min, f_max)
     f = taus @ generalized_inverse(vehicle).T
     clearance = np.minimum(high - f, f - low).min(axis=1)
     inactive = clearance >= -INSIDE * vehicle.f_scale
+    if cap is not None:
+        inactive &= vehicle.draw(volts).amps(f).sum(axis=1) <= cap
     labels = np.where(inactive, Label.INACTIVE, Label.ACTIVE)
     labels[(np.abs(most - 1) <= band) | (np.abs(least - 1) <= band)] = Label.BOUNDARY
     labels[(most < 1 - band) | (least > 1 + band)] = Label.INFEASIBLE
@@ -215,11 +242,16 @@ def alpha_max_lp(
     f_min: FloatArray | None = None,
     f_max: FloatArray | None = None,
     start: ArrayLike | None = None,
+    *,
+    cap: float | None = None,
+    volts: float | None = None,
 ) -> float:
     """alpha* of one demand (k,) by its definition, a linear program (HiGHS through SciPy).
 
     With a wrench ``start`` (k,) [N, N m] it is the largest alpha for which start + alpha tau is attainable.
-    It shares no facets with ``alpha_max``, which it checks, and is some thousand times slower.
+    It shares no facets with ``alpha_max``, which it checks, and is some thousand times slower. Its unknowns
+    are how far each thrust goes along each straight piece of its current from f_min, one without a ``cap``,
+    and alpha. Slopes rise, so no piece is taken before those that cost less.
     """
     from scipy.optimize import linprog
 
@@ -227,15 +259,25 @@ def alpha_max_lp(
     size = float(np.abs(t).max())
     moves = size > 0.0
     direction = t / size if moves else t
-    A = np.hstack([vehicle.TP * (vehicle.f_scale / vehicle.wrench_scale[:, None]), -direction[:, None]])
     low = vehicle.f_min if f_min is None else f_min
     high = vehicle.f_max if f_max is None else f_max
-    limits = np.column_stack([low, high]) / vehicle.f_scale
+    if (low > high).any():
+        return -np.inf
+    thruster, length, slope = np.arange(vehicle.n), high - low, np.zeros(vehicle.n)
+    left: list[float] | None = None
+    if cap is not None:
+        draw = vehicle.draw(volts)
+        thruster, length, slope = draw.pieces(low, high)
+        left = [checked_cap(cap) - float(draw.amps(low).sum())]
+    T = vehicle.TP / vehicle.wrench_scale[:, None]
+    begin = np.zeros(vehicle.k) if start is None else checked(start, vehicle.k) / vehicle.wrench_scale
     optimum = linprog(
-        np.append(np.zeros(vehicle.n), -float(moves)),
-        A_eq=A,
-        b_eq=np.zeros(vehicle.k) if start is None else checked(start, vehicle.k) / vehicle.wrench_scale,
-        bounds=[*map(tuple, limits), (None, None)],
+        np.append(np.zeros(len(slope)), -float(moves)),
+        A_ub=None if left is None else np.append(slope * vehicle.f_scale, 0.0)[None],
+        b_ub=left,
+        A_eq=np.hstack([T[:, thruster] * vehicle.f_scale, -direction[:, None]]),
+        b_eq=begin - T @ low,
+        bounds=[*((0.0, far) for far in (length / vehicle.f_scale).tolist()), (None, None)],
         method="highs",
         # HiGHS accepts no tighter tolerances.
         options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},

@@ -198,6 +198,20 @@ class Draw(NamedTuple):
         """Current of all together, each at the limit (n,) that draws more [A]."""
         return float(np.maximum(self.amps(f_min), self.amps(f_max)).sum())
 
+    def pieces(self, low: FloatArray, high: FloatArray) -> tuple[IndexArray, FloatArray, FloatArray]:
+        """Thruster, length [N] and slope [A/N] of each straight piece within limits (n,), in order [N]."""
+        thruster: list[int] = []
+        lengths, slopes = [], []
+        for curve, columns in self.groups:
+            for i in columns.tolist():
+                pieces = curve.pieces(low[i], high[i])
+                inside = pieces.f[(pieces.f > low[i]) & (pieces.f < high[i])]
+                ends = np.unique(np.concatenate([[low[i]], inside, [high[i]]]))
+                lengths.append(np.diff(ends))
+                slopes.append(np.diff(pieces.draws(ends)) / lengths[-1])
+                thruster += [i] * len(lengths[-1])
+        return np.array(thruster, dtype=np.intp), np.concatenate(lengths), np.concatenate(slopes)
+
     def total(self, begin: Sequence[float], step: Sequence[float], t: float) -> tuple[float, float]:
         """Current of all at thrusts begin + t step (n,) [A], and its slope in t."""
         current = slope = 0.0
