@@ -1,11 +1,12 @@
 """Named, seeded, labelled demand sets. Each file in ``sets`` is one set, named after the file.
 
-Such a file has ``demands(vehicle, rng, n) -> taus (N, k)``, or ``within(vehicle, rng, n) -> Within`` where
-every demand comes with limits of its own; and where they apply:
+Such a file has ``demands(vehicle, rng, n) -> taus (N, k)``, or where every demand comes with limits of its
+own ``limited_demands(vehicle, rng, n) -> Within``; and where they apply:
 
 RATE_HZ : the sampling rate of a sequence in time
 COUNT : how many demands the set has by default; where it is a sequence, also the most it can have
 SEED_NAME : the set with which it shares its random numbers
+supply(vehicle) : the cap and the voltage of each call, as a Supply
 answering(vehicle) : the vehicle that must answer the demands, where that is a degraded one
 start(vehicle, taus, n) : of a sequence that is judged whole, the first of the n demands that are timed
 """
@@ -53,6 +54,29 @@ class Within(NamedTuple):
     f_max: FloatArray
 
 
+class Supply(NamedTuple):
+    """Arguments of a call beside its demand and limits.
+
+    Attributes
+    ----------
+    cap : most current of all thrusters together [A]; None where calls have none
+    volts : voltage of the currents [V]; None for the nominal one
+    """
+
+    cap: float | None = None
+    volts: float | None = None
+
+    @property
+    def arguments(self) -> dict[str, float]:
+        """The keyword arguments: none without a cap."""
+        pairs = self._asdict().items() if self.cap is not None else ()
+        return {key: value for key, value in pairs if value is not None}
+
+
+NO_SUPPLY = Supply()
+"""The supply of calls without a cap."""
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class DemandSet:
     """Demands on a vehicle, and where they lie against its limits.
@@ -77,6 +101,7 @@ class DemandSet:
     given : whether they come from a file
     gaps : which of them follow a gap in time
     f_min, f_max : (N, n) limits of each demand [N]; None where all have the vehicle's
+    supply : cap and voltage of each call; ``labels`` and ``alpha`` are of what is left under the cap
     """
 
     name: str
@@ -97,6 +122,7 @@ class DemandSet:
     gaps: tuple[int, ...] = ()
     f_min: FloatArray | None = None
     f_max: FloatArray | None = None
+    supply: Supply = NO_SUPPLY
 
     def labels_for(self, *, strong: bool) -> NDArray[np.int8]:
         """``labels`` (N,) of the strong part, or of eq. 4-5."""
@@ -159,15 +185,17 @@ def build_demands(
     count = n if n is not None else getattr(module, "COUNT", COUNT)
     answering = module.answering(vehicle) if hasattr(module, "answering") else vehicle
     rate_hz = getattr(module, "RATE_HZ", None)
-    if hasattr(module, "within"):
-        taus, *limits = module.within(vehicle, rng, count)
+    if hasattr(module, "limited_demands"):
+        taus, *limits = module.limited_demands(vehicle, rng, count)
         part = None
     else:
         judged_whole = whole and hasattr(module, "start") and count < module.COUNT
         taus, limits = module.demands(vehicle, rng, module.COUNT if judged_whole else count), []
         first = module.start(vehicle, taus, count) if judged_whole else 0
         part = (first, first + count) if judged_whole else None
-    made = labelled(str(name), answering, unasked_weak_axes(answering, taus), *limits, rate_hz=rate_hz)
+    supply = module.supply(answering) if hasattr(module, "supply") else NO_SUPPLY
+    wrenches = unasked_weak_axes(answering, taus)
+    made = labelled(str(name), answering, wrenches, *limits, rate_hz=rate_hz, supply=supply)
     cut = max(0, module.COUNT - count) if rate_hz is not None and part is None else 0
     return replace(made, part=part, left_out=cut) if part or cut else made
 
@@ -200,6 +228,7 @@ def labelled(
     f_max: FloatArray | None = None,
     *,
     rate_hz: float | None = None,
+    supply: Supply = NO_SUPPLY,
 ) -> DemandSet:
     """A DemandSet of given demands (N, k), maybe with limits of each (N, n); labels and alpha are worked out.
 
@@ -207,10 +236,13 @@ def labelled(
     """
     if f_min is not None or f_max is not None:
         f_min, f_max = limits_of(vehicle, len(taus), f_min, f_max)
-    hard = label(vehicle, taus, f_min=f_min, f_max=f_max)
+    hard = label(vehicle, taus, f_min=f_min, f_max=f_max, **supply.arguments)
     strong = strong_vehicle(vehicle)
     whole = strong is vehicle
-    margins = hard if whole else label(strong, strong_demands(vehicle, taus), f_min=f_min, f_max=f_max)
+    margins = hard
+    if not whole:
+        part = strong_demands(vehicle, taus)
+        margins = label(strong, part, f_min=f_min, f_max=f_max, **supply.arguments)
     for array in (taus, *margins[:2], *hard[:2], f_min, f_max):
         if array is not None:
             array.setflags(write=False)
@@ -225,6 +257,7 @@ def labelled(
         rate_hz=rate_hz,
         f_min=f_min,
         f_max=f_max,
+        supply=supply,
     )
 
 
@@ -297,4 +330,14 @@ def _stable(text: str) -> int:
     return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "little")
 
 
-__all__ = ["ATTAINED", "COUNT", "DemandSet", "Within", "build_demands", "labelled", "list_demands", "longest"]
+__all__ = [
+    "ATTAINED",
+    "COUNT",
+    "DemandSet",
+    "Supply",
+    "Within",
+    "build_demands",
+    "labelled",
+    "list_demands",
+    "longest",
+]

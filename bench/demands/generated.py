@@ -18,7 +18,7 @@ from alloc.allocation import BoolArray, FloatArray
 from alloc.errors import VehicleError
 from alloc.reach.attainable import alpha_range
 from alloc.vehicle.geometry import DOF
-from bench.demands.sets.jolts import within
+from bench.demands.sets.jolts import limited_demands
 
 SIZES = {3: (4, 6, 8, 12, 16, 24, 32, 48, 64), 6: (8, 12, 16, 24, 32, 48, 64)}
 """Numbers of thrusters of the growth study, for each number of controlled degrees of freedom."""
@@ -334,7 +334,7 @@ def asked(vehicle: Vehicle, rng: np.random.Generator) -> list[DemandsAsked]:
     taus = inside(vehicle, rng, DEMANDS) * factors[:, None]
     shape = (DEMANDS, vehicle.n)
     own = (taus, np.broadcast_to(vehicle.f_min, shape), np.broadcast_to(vehicle.f_max, shape))
-    moved, low, high = within(vehicle, rng, DEMANDS)
+    moved, low, high = limited_demands(vehicle, rng, DEMANDS)
     pushed = (low <= high).all(axis=1) & (rng.random(DEMANDS) < 0.5)
     moved[pushed] = rng.uniform(low[pushed], high[pushed]) @ vehicle.TP.T
     sets = []

@@ -17,7 +17,7 @@ from alloc.vehicle.esc import Esc
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.limits import Slew, VoltageTable
 from alloc.vehicle.weak import Survey
-from bench.demands import DemandSet
+from bench.demands import NO_SUPPLY, DemandSet, Supply
 
 ESC = tuple(field.name for field in fields(Esc) if field.name != "current")
 MIXER = ("frame", "motors", "directions", "thrust", "coupling")
@@ -178,6 +178,7 @@ def arrays_of_demands(demands: DemandSet) -> dict[str, NDArray[Any]]:
         "rate_hz": np.array(np.nan if demands.rate_hz is None else demands.rate_hz),
         "gaps": np.array(demands.gaps, dtype=np.intp),
         "part": np.array(demands.part or (), dtype=np.intp),
+        "supply": np.array([np.nan if x is None else x for x in demands.supply]),
         **_limits(demands.f_min, demands.f_max),
         **{key: part for key in HARD if (part := getattr(demands, key)) is not None},
     }
@@ -200,6 +201,9 @@ def demands_of(arrays: Mapping[str, NDArray[Any]]) -> DemandSet:
         part=(part[0], part[1]) if part else None,
         f_min=arrays.get("row f_min"),
         f_max=arrays.get("row f_max"),
+        supply=Supply(*(None if np.isnan(x) else x for x in arrays["supply"].tolist()))
+        if "supply" in arrays  # logs of boards before it have none
+        else NO_SUPPLY,
     )
 
 

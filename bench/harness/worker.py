@@ -20,7 +20,7 @@ import numpy as np
 from alloc import Allocation, Allocator, NotApplicable, Vehicle, solvers
 from alloc.allocation import BoundedSteps, FloatArray, StatusArray, TwoStage, real
 from alloc.discovery import Entry, find, load_plugin, prepare
-from alloc.errors import NotInstalled, PluginError, UnknownName
+from alloc.errors import DemandError, NotInstalled, PluginError, UnknownName
 from alloc.foreign import is_library, runs_apart
 from alloc.live.plain import ANY_DISTANCE
 from alloc.vehicle.call_limits import one_by_one
@@ -248,6 +248,7 @@ def measure(task: MeasureTask, job: Job, line: Worker) -> Cell:
     """Set a method up, time its calls on a question, and judge its answers."""
     # A vehicle of its own: a method that writes into it must not change what it is judged by.
     question, given = Question.load_apart(Path(task.question))
+    supply = question.demands.supply.arguments
     allocator, setup_ns = set_up(lambda: build_callable(job, given), 2 if line.import_ns is None else 1)
     if line.import_ns is None:  # the first build of a process imports the method
         line.import_ns = setup_ns[0] - min(setup_ns[1:])
@@ -256,11 +257,18 @@ def measure(task: MeasureTask, job: Job, line: Worker) -> Cell:
     core = job.core if job.core is not None else 0
     timed = question.timed
     inputs = arguments(timed)
+    call = allocator
+    if supply and job.method not in YARDSTICKS:
+        call = partial(allocator, **supply)  # 0.1 us a call
+        try:
+            call(*next(zip(*inputs, strict=True)))
+        except DemandError as refusal:
+            raise NotApplicable(str(refusal)) from None
     solvers.disbelieved.clear()
     with no_garbage_collection():
         before = reading(core)
         own = take_census()
-        samples: Samples[Any] = sample(allocator, inputs, job.budget_ns)
+        samples: Samples[Any] = sample(call, inputs, job.budget_ns)
         own_later = take_census()
         cell.disbelieved = dict(solvers.disbelieved)
         binding = time_binding(allocator, timed, job.budget_ns // BINDING_SHARE)
@@ -276,7 +284,7 @@ def measure(task: MeasureTask, job: Job, line: Worker) -> Cell:
         amiss = [WRITES] if any(map(changed, inputs, arguments(timed))) else []
         if answers_alike(job):
             # More calls of what leaves threads or processes behind might exhaust the machine.
-            amiss += leftovers(own, own_later) or misconduct(allocator, arguments(timed), samples.answers)
+            amiss += leftovers(own, own_later) or misconduct(call, arguments(timed), samples.answers)
         if cell.judged and amiss:
             cell.judged.wrong = "; ".join(filter(None, (cell.judged.wrong, *amiss)))
         if timed is not question:

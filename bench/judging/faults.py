@@ -109,6 +109,8 @@ def by_level(shares: Sequence[Sequence[float]], *quantiles: float) -> list[list[
 
 
 VIOLATED = "a limit is violated"
+OVER_CAP = 1e-6
+"""Share of a cap by which the currents of an answer may exceed it by rounding [-]."""
 
 ALL_OF_IT = EXACT_TOLERANCE / 1000
 """Miss of a wrench up to which nobody may call it met in part, relative to ``wrench_scale`` [-]. From there
@@ -213,6 +215,7 @@ def faults(
         & (not definition.gives_way),
         "a thrust on a thruster that is off": finite & (idle > wrench_tolerance * vehicle.f_scale),
         VIOLATED: finite & ~(seen.violation <= 0.0) & limited,
+        "draws more current than the cap": finite & _over_cap(demands, f),
         "SOLVED, but no thrust inside the limits gives this wrench": solved
         & (label == Label.INFEASIBLE)
         & (limited and not definition.gives_way),
@@ -224,6 +227,15 @@ def faults(
         & misstated(demands, seen.demand, seen.shares, f, formulation, tolerance),
         "shares memory with another answer: a later call overwrites an earlier result": seen.shared,
     }
+
+
+def _over_cap(demands: DemandSet, f: FloatArray) -> BoolArray:
+    """Mask of thrusts (M, n) [N] whose currents together exceed the cap of the calls; none without one."""
+    cap, volts = demands.supply
+    if cap is None:
+        return np.zeros(len(f), dtype=bool)
+    over: BoolArray = ~(demands.vehicle.draw(volts).amps(f).sum(axis=1) <= cap * (1.0 + OVER_CAP))
+    return over
 
 
 def first_wrong(

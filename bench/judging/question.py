@@ -184,8 +184,10 @@ def _ask_references(formulation: Formulation, made: list[Question], ask: Ask) ->
 def _reference_cases(formulation: Formulation, demands: DemandSet) -> list[Case]:
     """Cases for the references: one, or of each way two whose answers give those of a third (``EndOf``).
 
-    Empty where the formulation does not say it of this vehicle.
+    Empty where the formulation does not say it of this vehicle, and under a cap, which no reference keeps.
     """
+    if demands.supply.arguments:
+        return []
     given = demands.taus, demands.f_min, demands.f_max
     asked = formulation.reference_demands
     try:

@@ -98,6 +98,8 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     crossed, crossed_asked : of all demands of a log, and of those asked, how many had limits that cross;
         nobody can keep them, and ``beyond`` is without them
     moving : whether each demand had limits of its own
+    cap_A, volts : cap of each call on the sum of currents, and the voltage of these; ``labels`` are of what
+        it leaves. None where calls had none
     said : how a log was understood, and what is doubtful about it
     names : of the vehicle's thrusters, empty where they have none
     given : whether a user brought the demands in a file
@@ -135,6 +137,8 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     crossed: int = 0
     crossed_asked: int = 0
     moving: bool = False
+    cap_A: float | None = None
+    volts: float | None = None
     said: list[str] = []
     names: list[str] = []
     given: bool = False

@@ -88,7 +88,7 @@ CEILINGS = {
     "alloc.program": 4,
     "alloc.reach": 2,
     "alloc.vehicle": 14,
-    "bench.demands": 14,
+    "bench.demands": 12,
     "bench.inputs": 3,
     "bench.layouts": 10,
     "bench.proof": 1,

@@ -16,7 +16,7 @@ SIZES = (0.2, 1.5)
 """Range of factors on a wrench that the limits allow: nearly nothing to half as much again."""
 
 
-def within(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Within:
+def limited_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Within:
     """n demands with random limits inside the vehicle's, nothing carried from one to the next."""
     ends = rng.uniform(vehicle.f_min, vehicle.f_max, (2, n, vehicle.n))
     lows, highs = ends.min(axis=0), ends.max(axis=0)

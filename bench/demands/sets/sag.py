@@ -6,7 +6,7 @@ from alloc import NotApplicable, Vehicle
 from bench.demands import Within
 from bench.demands.mission import HALF, RATE_HZ, under_way
 
-__all__ = ["COUNT", "RATE_HZ", "SEED_NAME", "within"]
+__all__ = ["COUNT", "RATE_HZ", "SEED_NAME", "limited_demands"]
 
 COUNT = HALF
 SEED_NAME = "mission"
@@ -15,7 +15,7 @@ FULL, EMPTY = 16.8, 13.0
 """Voltage of four lithium cells in series, charged, and under load shortly before they have to be [V]."""
 
 
-def within(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Within:
+def limited_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Within:
     """n consecutive demands of the mission while the voltage falls evenly from FULL to EMPTY.
 
     A dive takes hours and the mission half a minute, so the battery empties faster than at sea; each demand

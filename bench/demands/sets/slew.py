@@ -6,13 +6,13 @@ from alloc import NotApplicable, Vehicle, build
 from bench.demands import Within
 from bench.demands.mission import HALF, RATE_HZ, under_way
 
-__all__ = ["COUNT", "RATE_HZ", "SEED_NAME", "within"]
+__all__ = ["COUNT", "RATE_HZ", "SEED_NAME", "limited_demands"]
 
 COUNT = HALF
 SEED_NAME = "mission"
 
 
-def within(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Within:
+def limited_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Within:
     """n consecutive demands of the mission, and what slew rates leave of the limits from one to the next.
 
     Thrusters are at rest at first. Then the thrusts of the call before are those of ``scaled``: the exact

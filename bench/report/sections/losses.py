@@ -196,6 +196,8 @@ def title(problem: Problem) -> str:
     """Title with vehicle, set, number of demands of each kind, and limits that move."""
     kinds = ", ".join(f"{count} {name}" for name, count in problem.labels.items())
     limits = "limits of each" if problem.moving else "fixed limits"
+    if problem.cap_A is not None:
+        limits += f", at most {three(problem.cap_A)} A together"
     whole = f" of {problem.n_demands + problem.left_out}" if problem.left_out else ""
     return f"{problem.vehicle}, {problem.demands}: {problem.n_demands}{whole} demands ({kinds}), {limits}"
 

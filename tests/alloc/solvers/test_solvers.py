@@ -29,7 +29,7 @@ from alloc.qp.certificate import certify_many
 from alloc.reach.attainable import alpha_range
 from alloc.solvers.highs import silent_binding
 from bench.demands.generated import inside, vehicle_of
-from bench.demands.sets.jolts import within
+from bench.demands.sets.jolts import limited_demands
 from tests.places import DOCS
 from tests.vehicles import made_up
 
@@ -288,7 +288,7 @@ def test_which_of_its_refusals_proxqp_gives_decides_no_status(
 def test_proxqp_calls_infeasible_demands_infeasible_where_it_runs_to_its_cap() -> None:
     """Within limits that jump, half of its refusals are caps, and no two processes count the same."""
     vehicle, rng = vehicle_of(73)
-    taus, low, high = within(vehicle, rng, 60)
+    taus, low, high = limited_demands(vehicle, rng, 60)
     least, most = alpha_range(vehicle, taus, low, high)
     allocate = build("qp/proxqp", vehicle)
     _, status = allocate.many(taus, low, high)
