@@ -91,7 +91,7 @@ def _outputs(
             f"{name}: has no ESCs for --from-outputs; add 'esc' to its file (docs/esc.md)", "esc"
         )
     scale_factors(given.scale, vehicle.dof)
-    outputs = read_outputs(log, vehicle, given.columns, given.frame, given.topic)
+    outputs = read_outputs(log, vehicle, given.columns, given.frame, given.topic, sensed=accelerations)
     if given.scale and outputs.taus is None:
         raise DemandError(f"{log}: has no demands that could be scaled; leave out --scale")
     made = made_by(outputs, vehicle, given.scale)
@@ -125,7 +125,7 @@ def _readiness(
 ) -> str:
     """Lines on how ready each thruster was; raises DemandError where no window says anything."""
     from alloc.errors import DemandError
-    from bench.inputs.motion import read_motion
+    from bench.inputs.outputs import read_motion
     from bench.judging.ratios import estimate_ratios, group_text
     from bench.judging.readiness import WINDOW_S, as_text, estimate_readiness, estimate_windows
 

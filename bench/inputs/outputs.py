@@ -1,4 +1,4 @@
-"""Logs of what went to the ESCs: tables with u0, u1, …, and kinds of logs that have ``read_outputs``."""
+"""Logs of what went to the ESCs, and of the motion beside it: tables, and logs that have ``read_outputs``."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -7,15 +7,44 @@ from typing import NamedTuple
 import numpy as np
 
 from alloc import Vehicle
-from alloc.allocation import FloatArray
+from alloc.allocation import BoolArray, FloatArray
 from alloc.errors import DemandError
+from alloc.vehicle.frame import turned
+from alloc.vehicle.geometry import DOF
 from bench.inputs.columns import VOLTS
 from bench.inputs.demand_csv import read_demands
 from bench.inputs.frames import Stated, in_frame
 from bench.inputs.log_files import reader
-from bench.inputs.table import TABLES
+from bench.inputs.table import TABLES, read_table
 
 UNPOWERED = "; no voltage was measured, that of 'esc' is taken"
+FORM = "m/s^2, rad/s^2, m/s, rad/s, in the vehicle's frame, without gravity"
+GRAVITY = 9.80665
+"""Standard acceleration of free fall [m/s^2]."""
+GAP = 10.0
+"""Median steps of a sensor over which nothing is interpolated [-]."""
+
+Series = tuple[FloatArray, FloatArray]
+"""Times (S,) [s], by the log's clock, and values (S, m)."""
+
+
+class Sensors(NamedTuple):
+    """Estimates of an autopilot, by the log's clock: body axes ahead, to starboard, down; earth's N, E, D.
+
+    Attributes
+    ----------
+    force : specific force in body axes, (0, 0, -g) at rest [m/s^2]
+    rates : angular velocity in body axes [rad/s]
+    attitude : quaternion x, y, z, w that turns body axes into the earth's [-]
+    velocity : along the earth's axes [m/s]
+    source : which messages these are
+    """
+
+    force: Series
+    rates: Series
+    attitude: Series
+    velocity: Series
+    source: str
 
 
 class Outputs(NamedTuple):
@@ -34,6 +63,7 @@ class Outputs(NamedTuple):
     said : how the log was understood, in a line
     stated : the frame that the log states of the demands
     doubt : what may be wrong, in a line; empty for nothing
+    sensors : of the same log, where they were asked for
     """
 
     t: FloatArray | None
@@ -46,6 +76,7 @@ class Outputs(NamedTuple):
     doubt: str = ""
     amps: FloatArray | None = None
     start: float = 0.0
+    sensors: Sensors | None = None
 
 
 def read_outputs(
@@ -54,11 +85,14 @@ def read_outputs(
     columns: Mapping[str, str] | None = None,
     frame: str = "",
     topic: str = "",
+    *,
+    sensed: bool = False,
 ) -> Outputs:
     """Outputs in a log; a pulse of 0, which is none, counts as neutral.
 
     The user may give the ``columns`` of a table, the ``frame`` of the demands, and as ``topic`` which
-    instance of a ULog's outputs is which bank. Raises FileError, DemandError or NotInstalled.
+    instance of a ULog's outputs is which bank. ``sensed`` asks for an autopilot's ``sensors`` too. Raises
+    FileError, DemandError or NotInstalled.
     """
     is_table = not path.is_dir() and path.suffix.lower() in TABLES
     module = None if is_table else reader(path, "read_outputs", "log of outputs")
@@ -66,7 +100,10 @@ def read_outputs(
         raise DemandError(f"{path}: has no columns; --columns is for tables, leave it out")
     if topic and not getattr(module, "TOPIC", False):
         raise DemandError(f"{path}: has no instances to choose of; --topic is for ULogs, leave it out")
-    outputs = module.read_outputs(path, vehicle, topic) if module else _read_table(path, vehicle, columns)
+    if module:
+        outputs: Outputs = module.read_outputs(path, vehicle, topic, sensed)
+    else:
+        outputs = _read_table(path, vehicle, columns)
     if not len(outputs.u):
         raise DemandError(f"{path}: holds no outputs; log them")
     bad = np.flatnonzero(~np.isfinite(outputs.u).all(axis=1))
@@ -232,3 +269,97 @@ def battery_amps(packs: Mapping[int, tuple[FloatArray, FloatArray]], at: FloatAr
 def hold_last(times: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
     """Values (M, …) of rising times (M,) as they held at other times (N,): the last, or the first of all."""
     return values[np.maximum(np.searchsorted(times, at, side="right") - 1, 0)]
+
+
+class Motion(NamedTuple):
+    """Motion of a vehicle at rows of its outputs, in its own frame.
+
+    Attributes
+    ----------
+    rows : (N,) True for the M rows of the outputs at which the motion is known
+    a : (M, k) rates of change of v [m/s^2, rad/s^2]
+    v : (M, k) velocities [m/s, rad/s]
+    source : which parts of the log these are of, in a line; empty for a table
+    """
+
+    rows: BoolArray
+    a: FloatArray
+    v: FloatArray
+    source: str = ""
+
+
+def read_motion(
+    path: Path, outputs: Outputs, vehicle: Vehicle, columns: Mapping[str, str] | None = None
+) -> Motion:
+    """Motion at the rows of outputs: by their sensors, else by columns of the table that they were read from.
+
+    Columns are ``a_surge`` … and ``v_surge`` …, one a DOF. Raises DemandError for a log that lacks some.
+    """
+    if outputs.sensors is not None:
+        assert outputs.t is not None
+        return estimate_motion(path, outputs.sensors, outputs.start + outputs.t, vehicle)
+    names = [f"{letter}_{axis}" for letter in "av" for axis in vehicle.dof]
+    needed = f"--accelerations needs {', '.join(names)} [{FORM}]"
+    header = read_table(path).header
+    missing = [name for name in names if name not in header]
+    if missing:
+        raise DemandError(f"{path}: no column {missing[0]!r}; {needed}")
+    if outputs.t is None:
+        raise DemandError(f"{path}: no column 't'; --accelerations needs times [s]")
+    log = read_demands(path, vehicle.dof, columns, commands=names)
+    assert log.u is not None
+    if len(log.u) != len(outputs.u) or not np.isfinite(log.u).all():
+        raise DemandError(f"{path}: some rows have commands and no motion, or no number; cut them out")
+    return Motion(np.ones(len(log.u), dtype=bool), log.u[:, : vehicle.k], log.u[:, vehicle.k :])
+
+
+def estimate_motion(path: Path, sensors: Sensors, t: FloatArray, vehicle: Vehicle) -> Motion:
+    """Motion while outputs of times t (N,) [s] last: means over one step from each on.
+
+    The rate of change of the velocity u along body axes is specific force + gravity - w x u.
+    """
+    from scipy.spatial.transform import Rotation, Slerp
+
+    step = float(np.median(np.diff(t))) if len(t) > 1 else 0.0
+    series = (sensors.force, sensors.rates, sensors.attitude, sensors.velocity)
+    middles = t + step / 2
+    rows = np.logical_and.reduce([_is_covered(times, middles, step) for times, _ in series]) & (step > 0)
+    if not rows.any():
+        raise DemandError(f"{path}: {sensors.source} are of other times than the outputs; log both at once")
+    at = middles[rows]
+    rising = np.append(True, np.diff(sensors.attitude[0]) > 0)
+    attitude = Slerp(sensors.attitude[0][rising], Rotation.from_quat(sensors.attitude[1][rising]))
+    into_body = attitude(at).inv()
+    u, w = into_body.apply(_mean(sensors.velocity, at, step)), _mean(sensors.rates, at, step)
+    pull = into_body.apply((0.0, 0.0, GRAVITY))
+    a = _mean(sensors.force, at, step) + pull - np.cross(w, u)
+    turn = (_between(sensors.rates, at + step / 2) - _between(sensors.rates, at - step / 2)) / step
+    which = [DOF.index(axis) for axis in vehicle.dof]
+    A, V = (np.hstack(parts)[:, which] for parts in ((a, turn), (u, w)))
+    if vehicle.frame == "flu":
+        A, V = (turned(each.T, vehicle.dof).T for each in (A, V))
+    return Motion(rows, A, V, f"{path.name}: motion by {sensors.source}")
+
+
+def _is_covered(times: FloatArray, at: FloatArray, step: float) -> BoolArray:
+    """True for each middle (N,) of a step that a series of times (S,) holds without a gap."""
+    steps = np.diff(times)
+    longest = max(step, GAP * float(np.median(steps))) if len(steps) else 0.0
+    behind = np.searchsorted(times, at - step / 2, side="right")
+    inside = (behind > 0) & (at + step / 2 <= times[-1])
+    covered: BoolArray = inside & (np.append(steps, np.inf)[np.maximum(behind, 1) - 1] <= longest)
+    return covered
+
+
+def _between(series: Series, at: FloatArray) -> FloatArray:
+    """Values (N, m) at times (N,), on straight lines between those of a series."""
+    times, values = series
+    return np.column_stack([np.interp(at, times, column) for column in values.T])
+
+
+def _mean(series: Series, at: FloatArray, step: float) -> FloatArray:
+    """Means (N, m) of a series over a step around each time (N,)."""
+    times, values = series
+    pieces = np.diff(times)[:, None] * (values[1:] + values[:-1]) / 2
+    whole = times, np.vstack([np.zeros(values.shape[1]), np.cumsum(pieces, axis=0)])
+    return (_between(whole, at + step / 2) - _between(whole, at - step / 2)) / step

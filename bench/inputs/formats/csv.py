@@ -34,7 +34,9 @@ def read(path: Path) -> Draft:
     table = [(line, [cell.strip() for cell in row]) for line, row in cells.rows]
     if cells.units:
         raise cells.error(cells.line + 1, "says units; a row of T has none but m, so leave the line out")
-    headed = _is_header(cells)
+    firsts = [row[0].lower() for row in (cells.header, *(row for _, row in table)) if row]
+    named = any(first in DOF for first in firsts) or any(first in INDEX for first in firsts[:1])
+    headed = _is_header(cells, named)
     if not headed:
         table.insert(0, (cells.line, cells.header))
     if not table:
@@ -42,7 +44,6 @@ def read(path: Path) -> Draft:
     widths = {len(row) for _, row in table} | ({len(cells.header)} if headed else set())
     if len(widths) != 1:
         raise VehicleError(f"{path}: rows differ in length; give one cell a thruster in every row")
-    named = cells.header[0].lower() in INDEX or any(row[0].lower() in DOF for _, row in table)
     dof = _names(cells, [(line, row[0]) for line, row in table]) if named else ()
     T = [
         [cells.number(line, f"column {j + 1}", cell, LARGEST) for j, cell in enumerate(row) if j or not named]
@@ -50,24 +51,21 @@ def read(path: Path) -> Draft:
     ]
     called = cells.header[1 if named else 0 :] if headed else []
     counts = all(map(is_numeric, called)) or called == [f"f{i}" for i in range(len(called))]
-    draft = Draft(source=f"{path.name}, CSV of T", dof=dof, T=T, names=None if counts else called)
-    if all(map(is_numeric, cells.header)) and _counted(cells.header):
-        draft.assumptions.append(f"The first line, {listed(cells.header)}, numbers the columns.")
-    return draft
+    return Draft(source=f"{path.name}, CSV of T", dof=dof, T=T, names=None if counts else called)
 
 
-def _is_header(cells: Cells) -> bool:
-    """True if the first line names or numbers the columns; raises FileError where it can't be told."""
+def _is_header(cells: Cells, named: bool) -> bool:
+    """True if the first line names the columns, or numbers them beside ``named`` rows; raises FileError."""
     header = cells.header
     if not any(map(is_numeric, header)):
         if axes := [cell for cell in header if cell.lower() in DOF] or _axes(header):
             raise cells.error(cells.line, f"{axes[0]} stands in the header; give a row to each DOF")
         return True
-    if header in (["0", "1"], ["1", "2"]):
+    if not named and header in ([str(i + start) for i in range(len(header))] for start in (0, 1)):
         raise cells.error(
             cells.line, f"{listed(header)} may be a header or a row; name the rows, as in surge,0.5,1"
         )
-    return _counted(header)
+    return header[0].lower() in INDEX
 
 
 def _axes(header: list[str]) -> list[str]:
@@ -75,13 +73,6 @@ def _axes(header: list[str]) -> list[str]:
     cells = header[1:] if header[:1] and header[0].lower() in INDEX else header
     letters = {cell.upper() for cell in cells} <= set("XYZKMN")
     return cells if cells and (letters or find_spellings(cells)) else []
-
-
-def _counted(header: list[str]) -> bool:
-    """True if a first line counts the columns, as pandas does: 0, 1, 2 or 1, 2, 3."""
-    cells = header[1:] if header[:1] and header[0].lower() in INDEX else header
-    counts = ([str(i) for i in range(start, start + len(cells))] for start in (0, 1))
-    return (len(cells) > 1 or len(cells) < len(header)) and cells in counts
 
 
 def _names(cells: Cells, firsts: list[tuple[int, str]]) -> tuple[str, ...]:

@@ -1,9 +1,8 @@
 """Logs of demands and of outputs. Each module here reads one kind of file.
 
 A module has ``SUFFIXES`` of the files it reads ("/" for a folder), and ``read(path, topic) -> Demanded`` of
-demands on all six axes (``bench.inputs.demand_csv``), ``read_outputs(path, vehicle, topic) -> Outputs``
-(``bench.inputs.outputs``), or both; one with outputs may have ``read_sensors(path) -> Sensors``
-(``bench.inputs.motion``). Tables are read in these two files.
+demands on all six axes (``bench.inputs.demand_csv``), or ``read_outputs(path, vehicle, topic, sensed)`` ->
+``Outputs`` (``bench.inputs.outputs``), or both. Tables are read in these two files.
 """
 
 from pathlib import Path

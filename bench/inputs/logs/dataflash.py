@@ -22,9 +22,9 @@ from alloc.allocation import FloatArray
 from alloc.errors import DemandError, FileError, NotInstalled
 from bench.inputs.frames import Stated
 from bench.inputs.log_files import DAMAGED, parsing, timed
-from bench.inputs.motion import Sensors
 from bench.inputs.outputs import (
     Outputs,
+    Sensors,
     battery_amps,
     battery_volts,
     hold_last,
@@ -49,26 +49,25 @@ LARGEST = 2_000_000_000
 """Most bytes that are read; the bound is there for a file that grows while it is read."""
 
 
-def read_outputs(path: Path, vehicle: Vehicle, _: str = "") -> Outputs:
-    """The outputs of a vehicle's motors, motor 1 first."""
+def read_outputs(path: Path, vehicle: Vehicle, _: str = "", sensed: bool = False) -> Outputs:
+    """The outputs of a vehicle's motors, motor 1 first, and with ``sensed`` the sensors."""
     with parsing(path, "log", "pymavlink"):
-        rows, damaged = _rows(path, *PULSES, "BAT", "RATE", "ATT", "PARM")
+        rows, damaged = _rows(path, *PULSES, "BAT", "RATE", "ATT", "PARM", *(LOGGED if sensed else ()))
         outputs = _outputs(path, vehicle, rows)
+        outputs = outputs._replace(sensors=_sensors(path, rows)) if sensed else outputs
         return outputs._replace(said=f"{outputs.said}; {DAMAGED}") if damaged else outputs
 
 
-def read_sensors(path: Path) -> Sensors:
+def _sensors(path: Path, rows: dict[str, list[dict[str, Any]]]) -> Sensors:
     """The first inertial sensor, and the first estimator's attitude and velocity."""
     from scipy.spatial.transform import Rotation
 
-    with parsing(path, "log", "pymavlink"):
-        found, _ = _rows(path, "IMU", "XKF1")
-        inertial, estimates = _first(path, found, "IMU", "I"), _first(path, found, "XKF1", "C")
-        force, rates = (_timed(path, inertial, *(f"{kind}{axis}" for axis in "XYZ")) for kind in SENSED)
-        times, angles = _timed(path, estimates, *reversed(ANGLES))
-        attitude = Rotation.from_euler("ZYX", angles, degrees=True).as_quat()
-        velocity = _timed(path, estimates, *(f"V{axis}" for axis in "NED"))
-        return Sensors(force, rates, (times, attitude), velocity, "IMU and XKF1")
+    inertial, estimates = _first(path, rows, "IMU", "I"), _first(path, rows, "XKF1", "C")
+    force, rates = (_timed(path, inertial, *(f"{kind}{axis}" for axis in "XYZ")) for kind in SENSED)
+    times, angles = _timed(path, estimates, *reversed(ANGLES))
+    attitude = Rotation.from_euler("ZYX", angles, degrees=True).as_quat()
+    velocity = _timed(path, estimates, *(f"V{axis}" for axis in "NED"))
+    return Sensors(force, rates, (times, attitude), velocity, "IMU and XKF1")
 
 
 def _first(path: Path, found: dict[str, list[dict[str, Any]]], name: str, key: str) -> list[dict[str, Any]]:

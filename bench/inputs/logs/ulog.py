@@ -26,9 +26,9 @@ from alloc.vehicle.geometry import DOF
 from bench.inputs.demand_csv import Demanded
 from bench.inputs.frames import Stated
 from bench.inputs.log_files import DAMAGED, parsing, timed
-from bench.inputs.motion import Sensors
 from bench.inputs.outputs import (
     Outputs,
+    Sensors,
     battery_amps,
     battery_volts,
     hold_last,
@@ -45,6 +45,7 @@ XYZ = ("xyz[0]", "xyz[1]", "xyz[2]")
 OUTPUTS, BATTERY = "actuator_outputs", "battery_status"
 FORCE, RATES = "vehicle_acceleration", "vehicle_angular_velocity"
 ATTITUDE, POSITION = "vehicle_attitude", "vehicle_local_position"
+SENSED = (FORCE, RATES, ATTITUDE, POSITION)
 PX4 = Stated("frd", "as PX4 has it")
 FIRST_MOTOR = 101
 """Value of BANK_FUNCn for motor 1."""
@@ -133,28 +134,31 @@ class Wiring(NamedTuple):
         return ",".join(f"{bank}={i}" if bank else str(i) for bank, i in used.items())
 
 
-def read_outputs(path: Path, vehicle: Vehicle, topic: str = "") -> Outputs:
-    """The outputs of a vehicle's motors, motor 1 first; setpoints are shares of what the vehicle can do."""
+def read_outputs(path: Path, vehicle: Vehicle, topic: str = "", sensed: bool = False) -> Outputs:
+    """The outputs of a vehicle's motors, motor 1 first; setpoints are shares of what the vehicle can do.
+
+    With ``sensed`` the sensors too.
+    """
     with parsing(path, "ULog", "pyulog"):
-        return _outputs(path, vehicle, *read_ulog(path, OUTPUTS, BATTERY, THRUST, TORQUE), topic)
+        log = read_ulog(path, OUTPUTS, BATTERY, THRUST, TORQUE, *(SENSED if sensed else ()))
+        outputs = _outputs(path, vehicle, *log, topic)
+        return outputs._replace(sensors=_sensors(path, log[0])) if sensed else outputs
 
 
-def read_sensors(path: Path) -> Sensors:
+def _sensors(path: Path, sets: dict[str, Instances]) -> Sensors:
     """Specific force, rates, attitude and valid velocities, of the first instance of each."""
-    with parsing(path, "ULog", "pyulog"):
-        sets, _, _ = read_ulog(path, FORCE, RATES, ATTITUDE, POSITION)
-        for name, instances in sets.items():
-            if not instances:
-                raise DemandError(f"{path}: holds no {name}; log it (SDLOG_PROFILE, default set)")
-        force, rates, attitude, position = (each[min(each)] for each in sets.values())
-        times, q = _timed(path, attitude, *(f"q[{i}]" for i in (1, 2, 3, 0)))
-        moved, v = _timed(path, position, "vx", "vy", "vz", "v_xy_valid", "v_z_valid")
-        known = (v[:, 3:] > 0).all(axis=1)
-        if not known.any():
-            raise DemandError(f"{path}: {POSITION} has no valid velocity; that takes a DVL or a fix")
-        velocity = moved[known], v[known, :3]
-        said = f"{FORCE}, {RATES}, {ATTITUDE} and {POSITION}"
-        return Sensors(_timed(path, force, *XYZ), _timed(path, rates, *XYZ), (times, q), velocity, said)
+    for name in SENSED:
+        if not sets[name]:
+            raise DemandError(f"{path}: holds no {name}; log it (SDLOG_PROFILE, default set)")
+    force, rates, attitude, position = (sets[name][min(sets[name])] for name in SENSED)
+    times, q = _timed(path, attitude, *(f"q[{i}]" for i in (1, 2, 3, 0)))
+    moved, v = _timed(path, position, "vx", "vy", "vz", "v_xy_valid", "v_z_valid")
+    known = (v[:, 3:] > 0).all(axis=1)
+    if not known.any():
+        raise DemandError(f"{path}: {POSITION} has no valid velocity; that takes a DVL or a fix")
+    velocity = moved[known], v[known, :3]
+    said = f"{FORCE}, {RATES}, {ATTITUDE} and {POSITION}"
+    return Sensors(_timed(path, force, *XYZ), _timed(path, rates, *XYZ), (times, q), velocity, said)
 
 
 def _outputs(

@@ -161,20 +161,10 @@ yaw,0.167,-0.167,0.175,-0.175,0,0
         "\ufeff1,1,0\r\n0,0,1\r\n-0.3,0.3,1e-5\r\n",
         "a, b, c\n1, 1, 0\n0, 0, 1\n-0.3, 0.3, 1e-5\n",
         "surge;1,0;1,0;0\nsway;0;0;1\nyaw;-0,3;0,3;1e-5\n",
-        "0,1,2\n1,1,0\n0,0,1\n-0.3,0.3,1e-5\n",
         ",0,1,2\nsurge,1,1,0\nsway,0,0,1\nyaw,-0.3,0.3,1e-5\n",
         "dof,1,2,3\nsurge,1,1,0\nsway,0,0,1\nyaw,-0.3,0.3,1e-5\n",
     ],
-    ids=[
-        "names",
-        "header, other order",
-        "bare",
-        "header, bare",
-        "decimal commas",
-        "numbered",
-        "pandas",
-        "dof",
-    ],
+    ids=["names", "header, other order", "bare", "header, bare", "decimal commas", "pandas", "dof"],
 )
 def test_a_csv_of_t_is_read_with_and_without_names_and_header(tmp_path: Path, text: str) -> None:
     vehicle = vehicle_of(imported(tmp_path, text, LIMITS, "T.csv"), tmp_path)
@@ -258,7 +248,7 @@ def test_a_bad_csv_of_t_is_refused(tmp_path: Path, text: str) -> None:
         ),
         (",f0,f1\n0,1,1\n1,0.2,-0.2\n", "line 2: '0' is no DOF"),
         ("surgee,1,2\nyaw,0.2,-0.2\n", "line 1: 'surgee' is no DOF"),
-        ("0,1\n1,1\n0,0\n0.2,-0.2\n", "line 1: 0, 1 may be a header or a row; name the rows"),
+        ("0,1,2\n1,1,0\n0,0,1\n", "line 1: 0, 1, 2 may be a header or a row; name the rows"),
         ("1,2\n1,1\n0,0\n0.2,-0.2\n", "line 1: 1, 2 may be a header or a row; name the rows"),
         ("surge,sway,yaw\n1,0,0.2\n1,0,-0.2\n0,1,0\n", "line 1: surge stands in the header; give a row"),
         ("Fx,Fy,Mz\n1,0,0.2\n1,0,-0.2\n0,1,0\n", "line 1: Fx stands in the header; give a row"),
@@ -274,11 +264,6 @@ def test_rows_of_a_csv_of_t_that_could_be_misread_are_refused_with_their_line(
 ) -> None:
     """A row that stood twice was left out as one that no thruster moves, a header's 0 and 1 were thrusts."""
     assert says in refused(lambda: imported(tmp_path, text, LIMITS, "T.csv"), tmp_path / "T.csv")
-
-
-def test_a_line_that_is_taken_for_a_header_though_it_has_numbers_is_said(tmp_path: Path) -> None:
-    keys = imported(tmp_path, "0,1,2\n1,1,0\n0,0,1\n-0.3,0.3,1e-5\n", LIMITS, "T.csv")
-    assert "The first line, 0, 1, 2, numbers the columns." in keys.notes
 
 
 def test_a_given_frame_is_the_vehicle_s_and_turns_no_number(tmp_path: Path) -> None:

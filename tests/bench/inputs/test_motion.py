@@ -9,8 +9,7 @@ import pytest
 from alloc import Vehicle, load_vehicle
 from alloc.errors import DemandError
 from alloc.vehicle.frame import turned
-from bench.inputs.motion import Motion, Sensors, estimate_motion, read_motion
-from bench.inputs.outputs import read_outputs
+from bench.inputs.outputs import Motion, Sensors, estimate_motion, read_motion, read_outputs
 from tests.dives import Dive, SensorLog, dive, simulate_sensors
 from tests.output_logs import write_bin, write_outputs_ulog
 
@@ -51,7 +50,7 @@ def assert_flown(motion: Motion, flown: Dive) -> None:
 @pytest.mark.parametrize("write", [as_bin, as_ulog])
 def test_the_motion_is_that_of_the_dive(tmp_path: Path, vehicle: Vehicle, flown: Dive, write: Write) -> None:
     log = write(tmp_path, vehicle, flown, simulate_sensors(flown, vehicle.dof))
-    assert_flown(read_motion(log, read_outputs(log, vehicle), vehicle), flown)
+    assert_flown(read_motion(log, read_outputs(log, vehicle, sensed=True), vehicle), flown)
 
 
 @pytest.mark.parametrize(("write", "lacks"), [(as_bin, "holds no IMU"), (as_ulog, "holds no vehicle_acc")])
@@ -60,7 +59,7 @@ def test_a_log_without_sensors_is_refused(
 ) -> None:
     log = write(tmp_path, vehicle, flown, None)
     with pytest.raises(DemandError, match=lacks):
-        read_motion(log, read_outputs(log, vehicle), vehicle)
+        read_motion(log, read_outputs(log, vehicle, sensed=True), vehicle)
 
 
 def series(seen: SensorLog) -> Sensors:
