@@ -41,15 +41,17 @@ def made_by_outputs(vehicle: Vehicle, mixer: Autopilot) -> tuple[FloatArray, Boo
     return made, known
 
 
-def shares(vehicle: Vehicle, mixer: Autopilot) -> FloatArray:
+def shares(vehicle: Vehicle, mixer: Autopilot, factors: FloatArray) -> FloatArray:
     """(6, 6) percentages: a row an axis, a column an input; NaN where the geometry says nothing.
+
+    ``factors`` (n, 6) are the outputs of inputs 1, of ArduSub its table.
 
     On the diagonal stands the share of all that the thrusters could do along the axis; beside it, of all that
     the axis's own input makes (of all that the thrusters could do, where that is nothing). Thrust is taken as
     alike ahead and astern.
     """
     W, known = made_by_outputs(vehicle, mixer)
-    M, most = W @ mixer.factors, np.abs(W).sum(axis=1)
+    M, most = W @ factors, np.abs(W).sum(axis=1)
     own = np.abs(np.diag(M))
     unit = np.where(own > PUSHES * PUSHES * most, own, most)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -59,13 +61,13 @@ def shares(vehicle: Vehicle, mixer: Autopilot) -> FloatArray:
     return percent
 
 
-def as_text(vehicle: Vehicle, mixer: Autopilot) -> str:
+def as_text(vehicle: Vehicle, mixer: Autopilot, factors: FloatArray) -> str:
     """The table of ``shares``."""
     lines = [
         f"{mixer.frame}: diagonal, % of what all thrusters could do; beside it, % of the axis's own input",
         f"{'':8}" + "".join(f"{name:>10}" for name in INPUTS),
     ]
-    for axis, row in zip(DOF, shares(vehicle, mixer), strict=True):
+    for axis, row in zip(DOF, shares(vehicle, mixer, factors), strict=True):
         cells = "".join(f"{'' if np.isnan(cell) else f'{cell + 0.0:.1f}':>10}" for cell in row.round(1))
         lines.append(f"{axis:8}{cells}".rstrip())
     return "\n".join(lines)
@@ -73,7 +75,7 @@ def as_text(vehicle: Vehicle, mixer: Autopilot) -> str:
 
 def on_autopilot(vehicle: Vehicle, mounting: Mounting) -> Iterator[Remark]:
     """Remarks on thrusters that contradict their factors, are no mirror images, or lie beside the middle."""
-    if (mixer := vehicle.autopilot) is None:
+    if (mixer := vehicle.autopilot) is None or mixer.frame not in FRAMES:  # PX4 knows the positions
         return
     W, known = made_by_outputs(vehicle, mixer)
     turned, wrong = contradictions(W, known, mixer)
@@ -274,7 +276,7 @@ def _on_axes(vehicle: Vehicle, mixer: Autopilot, W: FloatArray, known: BoolArray
 
 
 def choose(spec: str, said: AutopilotKeys | None) -> AutopilotKeys:
-    """The autopilot that a command names: ``key`` for the file's own, ardusub:FRAME, or ArduSub's parameters.
+    """The autopilot that a command names: key for the file's, ardusub:FRAME, px4, or ArduSub's parameters.
 
     Which thruster is which motor stays as the file says; its directions count for its own frame alone. Raises
     VehicleError, or FileError for a parameter file.
@@ -290,10 +292,13 @@ def choose(spec: str, said: AutopilotKeys | None) -> AutopilotKeys:
             raise VehicleError(f"autopilot: {unknown('frame', frame, FRAMES)}", "autopilot")
         same = said is not None and said.ardusub == frame
         return said if said is not None and same else AutopilotKeys(ardusub=frame)
+    if kind == "px4":
+        return AutopilotKeys(px4=frame or "automatic")
     path = Path(spec)
     if not path.is_file():
         raise VehicleError(
-            f"autopilot: got {spec[:40]!r}, expected ardusub:FRAME, key, or a file of ArduSub's parameters",
+            f"autopilot: got {spec[:40]!r}, expected ardusub:FRAME, px4, key, or a file of ArduSub's"
+            " parameters",
             "autopilot",
         )
     settings, names = read_settings(path), list(FRAMES)

@@ -73,11 +73,11 @@ def build(vehicle: Vehicle) -> Saturating:
 
 
 def find_mixer(vehicle: Vehicle) -> Autopilot:
-    """The vehicle's autopilot; raises NotApplicable where it has none."""
-    if vehicle.autopilot is None:
+    """The vehicle's autopilot; raises NotApplicable where it has none, or PX4."""
+    if vehicle.autopilot is None or vehicle.autopilot.method != "ardusub":
+        has = "no key 'autopilot'" if vehicle.autopilot is None else "PX4 as its autopilot"
         raise NotApplicable(
-            f"ardusub: {vehicle.whole or vehicle.name} has no key 'autopilot';"
-            " write autopilot: {ardusub: FRAME}"
+            f"ardusub: {vehicle.whole or vehicle.name} has {has}; write autopilot: {{ardusub: FRAME}}"
         )
     return vehicle.autopilot
 

@@ -1,5 +1,6 @@
 """PX4's allocation of an underwater vehicle: a scaled pseudoinverse, then axes give way one by one."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ from alloc.closed_forms.saturating import Bounds, Saturating
 from alloc.errors import NotApplicable
 from alloc.formulations.px4 import FORMULATION as ANSWERED
 from alloc.vehicle import Vehicle
-from alloc.vehicle.autopilot import px4_coefficients
+from alloc.vehicle.autopilot import PX4_FRAMES, SENSE, px4_coefficients
 from alloc.vehicle.frame import turned
 from alloc.vehicle.geometry import DOF
 
@@ -51,28 +52,52 @@ class Mixing(NamedTuple):
 def build(vehicle: Vehicle) -> Saturating:
     """Prepare f = thrust(u), u PX4's outputs with the parameters of ``export --format px4``.
 
-    After PX4/PX4-Autopilot at 00202eb379b7, CA_AIRFRAME 7 (UUV) and CA_METHOD automatic, airmode off.
+    After PX4/PX4-Autopilot at 00202eb379b7 (main, 2026), CA_AIRFRAME 7 (UUV), CA_METHOD automatic or 0, and
+    MC_AIRMODE_LIM 0. What MC_AIRMODE 0 did before that parameter has the same equations, read in
+    redeem123/px4-smc-development at 930f5f492bb3. Releases v1.16.0 (6ea3539157ca) and v1.17.0 (d6f12ad1c4f7)
+    were not read.
     Thrust is linear in an output, from f_min at -1 to f_max at 1; PX4 takes it as alike on both sides. A
     thruster that is off is out of the effectiveness, as CA_FAILURE_MODE 1 has it. Limits of the call cut
     outputs afterwards, as CA_Rn_SLEW does. Left out: UUV_THRUST_SAT and UUV_TORQUE_SAT, which cut setpoints
     before. Raises NotApplicable where a working thruster has no f_max above 0 to be its CT.
     """
-    coefficients, unit = px4_coefficients(vehicle.f_max)
-    if not (coefficients[vehicle.working] > 0).all():
-        raise NotApplicable(f"px4: f_max of a thruster of {vehicle.name} is not above 0, so it has no CT")
-    mixing = make_mixing(_rows(vehicle) * coefficients)  # 0 of a thruster that is off
+    mixing, unit, limits = _limited_mixing(vehicle)
+    mix_all = _rule(vehicle)
     astern, ahead = -vehicle.f_min, vehicle.f_max
-    limits = [(-1.0 if low < 0 else 0.0, 1.0) for low in vehicle.f_min.tolist()]
     axes = [DOF.index(axis) for axis in vehicle.dof]
 
     def one(tau: FloatArray, f: list[float], call: Bounds) -> tuple[list[float], int]:
         asked = np.zeros(len(DOF))
         asked[axes] = (tau if vehicle.frame == "frd" else turned(tau, vehicle.dof)) / unit
-        u = stop_small(desaturated(mixing.mix, asked * mixing.scales, limits), limits)
+        u = stop_small(mix_all(mixing.mix, asked * mixing.scales, limits), limits)
         made: list[float] = (u * np.where(u > 0, ahead, astern)).tolist()
         return made, 1
 
     return Saturating(vehicle, FORMULATION, one, start=np.zeros((vehicle.n, vehicle.k)))
+
+
+def unit_outputs(vehicle: Vehicle) -> FloatArray:
+    """Outputs (n, 6) for each setpoint at 1, columns as DOF, heave upwards; raises as ``build``."""
+    mixing, _, limits = _limited_mixing(vehicle)
+    mix_all = _rule(vehicle)
+    setpoints = np.diag(np.array(SENSE["frd"]))
+    made: FloatArray = np.array([stop_small(mix_all(mixing.mix, one, limits), limits) for one in setpoints]).T
+    return made
+
+
+def _limited_mixing(vehicle: Vehicle) -> tuple[Mixing, float, Limits]:
+    coefficients, unit = px4_coefficients(vehicle.f_max)
+    if not (coefficients[vehicle.working] > 0).all():
+        raise NotApplicable(f"px4: f_max of a thruster of {vehicle.name} is not above 0, so it has no CT")
+    limits = [(-1.0 if low < 0 else 0.0, 1.0) for low in vehicle.f_min.tolist()]
+    return make_mixing(_rows(vehicle) * coefficients), unit, limits  # 0 of a thruster that is off
+
+
+def _rule(vehicle: Vehicle) -> Callable[[FloatArray, FloatArray, Limits], FloatArray]:
+    """The outputs of setpoints by the vehicle's CA_METHOD, automatic where its file says none."""
+    mixer = vehicle.autopilot
+    plain = mixer is not None and mixer.frame == PX4_FRAMES["pseudoinverse"]
+    return (lambda mix, asked, _: mix @ asked) if plain else desaturated
 
 
 def _rows(vehicle: Vehicle) -> FloatArray:

@@ -68,6 +68,9 @@ FRAMES: Mapping[str, Factors] = {
 roll (starboard side down), pitch (bow up), yaw (bow to starboard). The firmware gives SIMPLEROV_4 a fifth
 motor."""
 
+PX4_FRAMES: Mapping[str, str] = {"automatic": "PX4", "pseudoinverse": "PX4 pseudoinverse"}
+"""Stand-ins for a frame's name where PX4 mixes, by its CA_METHOD: it computes factors from positions."""
+
 SENSE: Mapping[str, tuple[float, ...]] = {"frd": (1, 1, -1, 1, 1, 1), "flu": (1, -1, 1, 1, -1, -1)}
 """Signs of ArduSub's six inputs, in the order of DOF, along the axes of each body frame."""
 
@@ -77,11 +80,11 @@ LARGEST_CT = 100.0
 
 @dataclass(frozen=True, eq=False)
 class Autopilot:
-    """ArduSub on a vehicle of n thrusters.
+    """ArduSub or PX4 on a vehicle of n thrusters.
 
     Attributes
     ----------
-    frame : name of its table, one of FRAMES
+    frame : name of its table, one of FRAMES; of PX4 one of PX4_FRAMES
     motors : (n,) number of each thruster's motor, from 1
     directions : (n,) MOT_n_DIRECTION of each thruster's motor, 1 or -1
     coupling : MOT_FV_CPLNG_K [-]
@@ -97,8 +100,13 @@ class Autopilot:
     gains: Mapping[str, float] = field(default_factory=dict)
 
     @property
+    def method(self) -> str:
+        """Name of the method that mixes as it does."""
+        return "ardusub" if self.frame in FRAMES else "px4"
+
+    @property
     def factors(self) -> FloatArray:
-        """(n, 6) output of each thruster for each input, directions included, columns as DOF [-]."""
+        """(n, 6) ArduSub's output of each thruster for each input, columns as DOF, with directions [-]."""
         rows = np.array(FRAMES[self.frame])[np.array(self.motors) - 1]
         signed: FloatArray = np.array(self.directions)[:, None] * rows + 0.0
         return signed
@@ -108,6 +116,16 @@ def px4_coefficients(f_max: FloatArray) -> tuple[FloatArray, float]:
     """CA_ROTORn_CT of thrusters (n,), and the thrust of CT 1 [N], above 1 where PX4's range asks for it."""
     unit = max(1.0, float(f_max.max()) / LARGEST_CT)
     return f_max / unit, unit
+
+
+def mixer_frame(ardusub: str, px4: str) -> str:
+    """The frame that a file names, or what stands for one of PX4; raises VehicleError."""
+    if bool(ardusub) == bool(px4):
+        both = "both" if px4 else "neither"
+        raise VehicleError(f"autopilot: got {both} of ardusub and px4, expected one of them", "autopilot")
+    if px4 and px4 not in PX4_FRAMES:
+        raise VehicleError(f"autopilot: {unknown('CA_METHOD', px4, PX4_FRAMES)}", "autopilot")
+    return PX4_FRAMES[px4] if px4 else ardusub
 
 
 def frame_named(name: str, n: int) -> str:
@@ -136,7 +154,7 @@ def make_autopilot(
 
     Parameters
     ----------
-    frame : its name
+    frame : its name, as ``mixer_frame`` has it
     names : of the thrusters
     motors : the thrusters of motors 1, 2, …, by index or name; left out, in the file's order
     reverse : the thrusters, by index or name, whose MOT_n_DIRECTION is -1
@@ -145,7 +163,8 @@ def make_autopilot(
     """
     low, high = limits
     n = len(low)
-    frame_named(frame, n)
+    if frame not in PX4_FRAMES.values():
+        frame_named(frame, n)
     try:
         order = [index_of(one, names, n, "motors") for one in motors] or list(range(n))
         turned = {index_of(one, names, n, "reversed") for one in reverse}

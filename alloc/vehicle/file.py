@@ -13,7 +13,7 @@ from alloc.errors import VehicleError, unknown
 from alloc.files.keys import convert
 from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle import Vehicle
-from alloc.vehicle.autopilot import make_autopilot
+from alloc.vehicle.autopilot import make_autopilot, mixer_frame
 from alloc.vehicle.checks import SINGULAR
 from alloc.vehicle.current_file import read_cap, with_currents
 from alloc.vehicle.esc_file import LARGEST_COMMAND, escs, limits_of, voltage_table, with_curve_read
@@ -153,7 +153,8 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
     if (said := keys.autopilot) is None:
         return vehicle
     limits = vehicle.f_min, vehicle.f_max
-    mixer = make_autopilot(said.ardusub, limits, names, said.motors, said.reversed, said.coupling, said.gains)
+    frame = mixer_frame(said.ardusub, said.px4)
+    mixer = make_autopilot(frame, limits, names, said.motors, said.reversed, said.coupling, said.gains)
     return replace(vehicle, autopilot=mixer)
 
 

@@ -60,14 +60,16 @@ class AutopilotKeys(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=Tr
 
     Attributes
     ----------
-    ardusub : name of ArduSub's frame, as VECTORED
+    ardusub : name of ArduSub's frame, as VECTORED; empty for PX4
+    px4 : PX4's CA_METHOD, automatic or pseudoinverse; empty for ArduSub, which alone reads the others
     motors : the thrusters of motors 1, 2, …, by index or name; left out, in the file's order
     reversed : thrusters, by index or name, whose MOT_n_DIRECTION is -1
     coupling : MOT_FV_CPLNG_K [-]
     gains : by axis, force or moment of input 1; left out, what its factors give on this geometry [N, N m]
     """
 
-    ardusub: str
+    ardusub: str = ""
+    px4: str = ""
     motors: list[int | str] = []
     reversed: list[int | str] = []
     coupling: float = 1.0

@@ -25,7 +25,7 @@ TITLE = "drawn by thrustbench check"
 @NOISE
 @click.option("-o", "--output", type=PATH, help="With --failures: the demands to fly, as CSV.")
 @click.option("--fit-current", "log", type=PATH, metavar="LOG", help="Fit currents to a log of outputs.")
-@click.option("--autopilot", default="", metavar="A", help="ardusub:FRAME, a parameter file, or key.")
+@click.option("--autopilot", default="", metavar="A", help="ardusub:FRAME, px4, a parameter file, or key.")
 @click.option("--picture", type=PATH, metavar="FILE", help="An .svg, .pdf or .png [<vehicle>.svg, here].")
 @click.option("--no-picture", is_flag=True, help="Draw nothing.")
 def command(
@@ -53,6 +53,7 @@ def command(
     from alloc.lint.check import check_vehicle
     from alloc.lint.probe import as_text, probes
     from alloc.lint.report import as_table, to_json
+    from alloc.methods.px4 import unit_outputs
     from bench.judging.current import fit_text
     from bench.judging.weak import weak_lines
 
@@ -70,7 +71,12 @@ def command(
     for line in weak_lines(drawn) if drawn is not None and not as_json else []:
         echo(line)
     if autopilot and drawn is not None and drawn.autopilot is not None and not as_json:
-        echo(factors_as_text(drawn, drawn.autopilot))
+        is_px4 = drawn.autopilot.method == "px4"
+        echo(
+            factors_as_text(
+                drawn, drawn.autopilot, unit_outputs(drawn) if is_px4 else drawn.autopilot.factors
+            )
+        )
     if tried is not None and not as_json:
         echo(as_text(tried))
     if failures and drawn is not None:

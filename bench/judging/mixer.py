@@ -13,8 +13,8 @@ from bench.judging.judge import rounded
 from bench.judging.loss import relative_wrench_error
 from bench.record import SERVED_WITHIN, MixerCost, Move
 
-METHOD, EXACT = "ardusub", "scaled"
-"""The mixer, and a method that is exact where the demand can be met and always answers."""
+EXACT = "scaled"
+"""Method that is exact where the demand can be met and always answers."""
 COSTLIEST = 3
 """Demands that are shown."""
 MOVE_M, MOVE_S = 3.0, 5.0
@@ -26,7 +26,7 @@ def mixer_cost(vehicle: Vehicle, taus: FloatArray) -> MixerCost | None:
     if vehicle.autopilot is None:
         return None
     try:
-        allocators = build(METHOD, vehicle), build(EXACT, vehicle)
+        allocators = build(vehicle.autopilot.method, vehicle), build(EXACT, vehicle)
         F, exact = (allocate.many(taus)[0] for allocate in allocators)
     except AllocError:  # too many facets, or all that is left is weak
         return None
@@ -34,7 +34,7 @@ def mixer_cost(vehicle: Vehicle, taus: FloatArray) -> MixerCost | None:
     missed, exactly = (np.nan_to_num(relative_wrench_error(*asked, each), nan=1.0) for each in (F, exact))
     worst = np.argsort(-missed, kind="stable")[:COSTLIEST]
     return MixerCost(
-        method=METHOD,
+        method=vehicle.autopilot.method,
         frame=vehicle.autopilot.frame,
         exact=EXACT,
         n_demands=len(taus),

@@ -52,7 +52,7 @@ def test_the_two_couplings_in_the_prose_are_those_of_the_table(tmp_path: Path) -
     saved(PAGE, tmp_path)
     vehicle = load_vehicle(tmp_path / "payload.yaml")
     assert vehicle.autopilot is not None
-    table = shares(vehicle, vehicle.autopilot)
+    table = shares(vehicle, vehicle.autopilot, vehicle.autopilot.factors)
     forward, throttle = map(float, re.findall(r"makes ([\d.]+) %", PAGE.read_text(encoding="utf-8")))
     assert table[DOF.index("yaw"), DOF.index("surge")] == pytest.approx(forward, abs=0.05)
     assert table[DOF.index("roll"), DOF.index("heave")] == pytest.approx(throttle, abs=0.05)

@@ -6,10 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from alloc import load_vehicle
+from alloc import NotApplicable, build, load_vehicle
 from alloc.errors import FileError, VehicleError
 from alloc.files.ardupilot import read_settings
 from alloc.lint.autopilot import choose, on_autopilot, shares
+from alloc.methods.px4 import unit_outputs
 from alloc.vehicle.file import find_file, matrices, poses, read_document, vehicle_with
 from alloc.vehicle.frame import TURN
 from alloc.vehicle.geometry import DOF
@@ -170,7 +171,7 @@ def test_the_shares_are_forces_and_moments_of_each_input_added_up_thruster_by_th
     vehicle = load_vehicle("bluerov2-heavy")
     assert vehicle.autopilot is not None
     assert vehicle.poses is not None
-    table, size = shares(vehicle, vehicle.autopilot), 50.0
+    table, size = shares(vehicle, vehicle.autopilot, vehicle.autopilot.factors), 50.0
     for column, way in enumerate([1, 1, -1, 1, 1, 1]):
         made = np.zeros(6)
         for i, factors in enumerate(vehicle.autopilot.factors):
@@ -217,13 +218,47 @@ def test_another_vehicle_s_parameters_are_refused(text: str, says: str, tmp_path
     ("spec", "says"),
     [
         ("ardusub:VECTERED", "no frame 'VECTERED'; did you mean VECTORED"),
-        ("px4", "got 'px4', expected ardusub:FRAME"),
+        ("px5", "got 'px5', expected ardusub:FRAME, px4, key"),
         ("key", "the file has no key 'autopilot'"),
     ],
 )
 def test_an_unknown_autopilot_is_refused_with_what_there_is(spec: str, says: str) -> None:
     with pytest.raises(VehicleError, match=says):
         choose(spec, None)
+
+
+@pytest.mark.parametrize(
+    ("said", "says"),
+    [
+        (AutopilotKeys(ardusub="VECTORED", px4="automatic"), "got both of ardusub and px4, expected one"),
+        (AutopilotKeys(), "got neither of ardusub and px4"),
+        (AutopilotKeys(px4="wls"), "no CA_METHOD 'wls'; there are automatic, pseudoinverse"),
+    ],
+)
+def test_a_key_that_names_no_one_mixer_is_refused(said: AutopilotKeys, says: str) -> None:
+    keys = keys_of("bluerov2")
+    keys.autopilot = said
+    with pytest.raises(VehicleError, match=says):
+        vehicle_with(keys, matrices(keys)[0])
+
+
+def test_px4_is_not_accused_of_factors_and_its_roll_reaches_as_far_as_its_scale_lets_it() -> None:
+    """Roll and pitch of a BlueROV2 Heavy share a scale, so that roll at 1 is less than its thrusters do."""
+    keys = keys_of("bluerov2-heavy")
+    keys.autopilot = choose("px4", keys.autopilot)
+    assert keys.autopilot == AutopilotKeys(px4="automatic")
+    assert [one for one in remarks(keys) if one.startswith("warning")] == []
+    T, _ = matrices(keys)
+    vehicle = vehicle_with(keys, T)
+    assert vehicle.autopilot is not None
+    mix = np.linalg.pinv(T * vehicle.f_max)
+    roll, pitch = (float(np.sqrt(mix[:, j] @ mix[:, j] / 2)) for j in (3, 4))  # of four thrusters each
+    u = mix[:, 3] / max(roll, pitch)
+    share = np.abs(T[3] * vehicle.f_max) @ np.abs(u) / np.abs(T[3] * vehicle.f_max).sum()
+    table = shares(vehicle, vehicle.autopilot, unit_outputs(vehicle))
+    assert table[3, 3] == pytest.approx(100 * share, rel=1e-6)
+    with pytest.raises(NotApplicable, match="has PX4 as its autopilot; write autopilot"):
+        build("ardusub", vehicle)
 
 
 def test_a_frame_number_without_a_table_is_refused(tmp_path: Path) -> None:

@@ -6,8 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from alloc import NotApplicable, Status, build, load_vehicle
-from alloc.methods.px4 import DOF, Mixing, desaturated, make_mixing, stop_small, unallocated
+from alloc import NotApplicable, Status, Vehicle, build, load_vehicle
+from alloc.methods.px4 import DOF, Mixing, desaturated, make_mixing, stop_small, unallocated, unit_outputs
+from alloc.vehicle.autopilot import make_autopilot, mixer_frame
+from alloc.vehicle.frame import turned
 
 # roll, pitch, yaw, thrust: four outputs, airmode off: facts of ControlAllocationSequentialDesaturationTest
 # at PX4/PX4-Autopilot 00202eb379b7, whose quadrotor x has arms, CT and KM of 1 and no scaled moments.
@@ -183,3 +185,38 @@ def test_a_thruster_without_thrust_ahead_has_no_coefficient() -> None:
     vehicle = load_vehicle("ukwial")
     with pytest.raises(NotApplicable, match="has no CT"):
         build("px4", replace(vehicle, f_max=np.array([0.0, 1, 1, 1]), slew=None))
+
+
+def with_key(name: str, method: str) -> Vehicle:
+    vehicle = load_vehicle(name)
+    frame = mixer_frame("", method)
+    return replace(vehicle, autopilot=make_autopilot(frame, (vehicle.f_min, vehicle.f_max)))
+
+
+def test_ca_method_0_cuts_the_pseudoinverse_s_outputs_and_nothing_gives_way() -> None:
+    vehicle = with_key("bluerov2-heavy", "pseudoinverse")
+    assert vehicle.poses is not None
+    tau = np.array([60.0, 40, 150, 12, 9, 20])
+    mixing = make_mixing(vehicle.poses * vehicle.f_max)
+    u = np.clip(mixing.mix @ (tau * mixing.scales), -1, 1)
+    f = build("px4", vehicle)(tau).f
+    np.testing.assert_allclose(f, np.where(abs(u) < 0.02, 0, u) * np.where(u > 0, 60, 40), atol=1e-9)
+    assert (abs(u) == 1).any()
+    assert abs(f - build("px4", with_key("bluerov2-heavy", "automatic"))(tau).f).max() > 1
+
+
+@pytest.mark.parametrize("name", ["bluerov2", "bluerov2-heavy"])
+def test_outputs_of_unit_setpoints_are_those_of_the_wrench_that_such_a_setpoint_stands_for(name: str) -> None:
+    vehicle = with_key(name, "automatic")
+    outputs, allocate = unit_outputs(vehicle), build("px4", vehicle)
+    assert vehicle.poses is not None
+    rows = vehicle.poses if vehicle.frame == "frd" else turned(vehicle.poses, DOF)
+    scales = make_mixing(rows * vehicle.f_max).scales
+    for axis in vehicle.dof:
+        j = DOF.index(axis)
+        tau = np.zeros(6)
+        tau[j] = (-1 if axis == "heave" else 1) / scales[j]
+        asked = tau if vehicle.frame == "frd" else turned(tau, DOF)
+        f = allocate(asked[[DOF.index(each) for each in vehicle.dof]]).f
+        expected = f / np.where(f > 0, vehicle.f_max, -vehicle.f_min)
+        np.testing.assert_allclose(outputs[:, j], expected, atol=1e-9)

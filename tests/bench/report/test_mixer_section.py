@@ -1,6 +1,7 @@
 """The report says what the vehicle's autopilot leaves undone, of a vehicle that has one."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -8,7 +9,10 @@ import numpy as np
 import pytest
 
 from alloc import alpha_max, build, load_vehicle
+from alloc.vehicle.autopilot import make_autopilot, mixer_frame
 from bench.judging.capability import measure_capabilities
+from bench.judging.loss import relative_wrench_error
+from bench.judging.mixer import mixer_cost
 from bench.judging.question import ask_here
 from bench.record import Capability, MixerCost
 from bench.report.page import page
@@ -101,3 +105,15 @@ def test_a_cost_survives_the_record_and_one_that_lacks_a_number_is_refused(
     for change in ({"missed": []}, {"n_demands": 0}):
         with pytest.raises(ValueError, match=r"must not be empty|as many entries"):
             MixerCost(**(msgspec.structs.asdict(cost) | change))
+
+
+def test_the_mixer_of_a_vehicle_that_px4_flies_is_px4_s() -> None:
+    vehicle = load_vehicle("bluerov2")
+    limits = vehicle.f_min, vehicle.f_max
+    flown = replace(vehicle, autopilot=make_autopilot(mixer_frame("", "automatic"), limits))
+    taus = 0.2 * vehicle.wrench_scale * np.eye(vehicle.k)
+    cost = mixer_cost(flown, taus)
+    assert cost is not None
+    assert (cost.method, cost.frame) == ("px4", "PX4")
+    missed = relative_wrench_error(flown, taus, build("px4", flown).many(taus)[0])
+    assert cost.missed == pytest.approx(sorted(missed, reverse=True)[:3], rel=1e-3)
