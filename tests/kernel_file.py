@@ -24,11 +24,11 @@ def build(vehicle):
 
 
 def program(vehicle, limits, scalar):
-    return rules.mended(meek, vehicle, limits, scalar)
+    return rules.apply_rule(meek, vehicle, limits, scalar)
 
 
 def meek(builder, x):
     ends = {i: builder.limits.far(i, LEAST * builder.vehicle.f_scale) for i in x}
     load = most(*(x[i] / select(x[i] > 0.0, high, low) for i, (low, high) in ends.items()), 1.0)
-    return rules.Ruled({i: x[i] / load / load for i in x})
+    return rules.RuleAnswer({i: x[i] / load / load for i in x})
 '''

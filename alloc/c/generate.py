@@ -11,7 +11,7 @@ from alloc.c.text import IN_C, digits, helpers, in_comment, refusals
 from alloc.program import OWN, Program
 from alloc.program.literal import number
 from alloc.vehicle import Vehicle
-from alloc.vehicle.frame import axis_of, described, effect
+from alloc.vehicle.frame import axis_line, described, effect
 from alloc.vehicle.geometry import unit
 
 
@@ -63,7 +63,7 @@ def _header(target: Target, made: Mapping[int, Program]) -> str:
     shares = _SHARES if levels else ""
     divided = _DIVIDED if limits == "call" and levels else ""
     signs = "\n".join(
-        f" *        tau[{i}] {axis} [{unit(axis)}], {axis_of(axis, vehicle.frame)}: positive"
+        f" *        tau[{i}] {axis} [{unit(axis)}], {axis_line(axis, vehicle.frame)}: positive"
         f" {effect(axis, vehicle.frame)}"
         for i, axis in enumerate(vehicle.dof)
     )

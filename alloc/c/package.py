@@ -15,7 +15,7 @@ from alloc.c.target import Recipe, Target
 from alloc.c.text import BEHIND_HASH, LICENSE
 from alloc.errors import AllocError
 from alloc.formulations import find_formulation
-from alloc.kernels.tolerance import MET
+from alloc.kernels.tolerance import WRENCH_ERROR
 from alloc.program import Scalar
 from alloc.program.literal import number
 from alloc.vehicle import Vehicle
@@ -261,8 +261,8 @@ int allocate({given})
 |---|---|
 {statuses}
 
-A demand counts as met where f misses no axis by more than {MET[scalar]:g} of the length of its row of T
-times the largest limit ({vehicle.f_scale:g} N).{rounding}
+A demand counts as met where f misses no axis by more than {WRENCH_ERROR[scalar]:g} of the length of
+its row of T times the largest limit ({vehicle.f_scale:g} N).{rounding}
 
 `tau` is in the vehicle's frame, {described(vehicle.frame)}.
 

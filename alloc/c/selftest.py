@@ -9,8 +9,8 @@ from alloc.allocation import Allocator, BoolArray, FloatArray, Status, StatusArr
 from alloc.c.target import NOT_FINITE, Target
 from alloc.c.text import IN_C, listed, static, table
 from alloc.closed_forms.inverse import generalized_inverse
-from alloc.kernels.held import at_rest
-from alloc.kernels.tolerance import MET, TOLERANCE
+from alloc.kernels.correction import rest_thrusts
+from alloc.kernels.tolerance import TOLERANCE, WRENCH_ERROR
 from alloc.program import Scalar, Where
 from alloc.program.literal import number
 from alloc.reach.edge import start
@@ -64,8 +64,8 @@ def selftest(target: Target, digest: str) -> str:
         "LIMITS(one)": "(one).f_min, (one).f_max" if at_call else "low, high",
         "UNTOUCHED": number(UNTOUCHED, scalar),
         "JUMP": number(JUMP * vehicle.f_scale, scalar),
-        "SAME_WRENCH": number(MET[scalar] / MISSED[scalar], scalar),
-        "SAME_EFFORT": number(1.0 + MET[scalar] / 10, scalar),
+        "SAME_WRENCH": number(WRENCH_ERROR[scalar] / MISSED[scalar], scalar),
+        "SAME_EFFORT": number(1.0 + WRENCH_ERROR[scalar] / 10, scalar),
     }
     tables = [table("T", vehicle.TP, scalar)]
     if differ:
@@ -224,8 +224,8 @@ def cases(target: Target, vehicle: Vehicle, twin: Allocator) -> Cases:
         short = F - lost * (F - start(low, np.maximum(low, high)))
         back = largest_differences(answers(np.nan_to_num(short), low, high)[0], F)
         wider += back
-        # A kernel reduces thrusts that end beyond limits, and their shares (``alloc.kernels.held``).
-        rest = at_rest(vehicle) if limits == "fixed" else start(low, np.maximum(low, high))
+        # A kernel reduces thrusts that end beyond limits, and their shares (``alloc.kernels.correction``).
+        rest = rest_thrusts(vehicle) if limits == "fixed" else start(low, np.maximum(low, high))
         room = np.where(low < high, np.minimum(high - rest, rest - low), np.inf)
         room = room[:, vehicle.working].min(axis=1)
         wider_share += JUMP * back / np.maximum(np.maximum(JUMP * room, back), 1e-300)
@@ -266,12 +266,13 @@ def _either(
 ) -> StatusArray:
     """The other one of SOLVED and PARTIAL where thrusts ``allowed`` apart may decide between them.
 
-    The twin draws the line at MET of double, a kernel at that of its scalar; between them both are right.
+    The twin draws the line at WRENCH_ERROR of double, a kernel at that of its scalar; both are right between
+    them.
     """
     unit = 1.0 / vehicle.wrench_scale
     missed = np.abs((F @ vehicle.TP.T - taus) * unit).max(axis=1)
     moved = allowed * (np.abs(vehicle.TP) * unit[:, None]).sum(axis=1).max()
-    near = (missed >= MET["double"] - moved) & (missed <= MET[scalar] + moved)
+    near = (missed >= WRENCH_ERROR["double"] - moved) & (missed <= WRENCH_ERROR[scalar] + moved)
     decided = np.isin(status, (Status.SOLVED, Status.PARTIAL)) & near
     other: StatusArray = np.where(decided, Status.SOLVED + Status.PARTIAL - status, status).astype(np.int8)
     return other

@@ -1,4 +1,4 @@
-"""Methods that go level by level towards a demand, and give the least effort where the way ends."""
+"""Methods that go level by level towards a demand: least effort at the wrench that is reached."""
 
 from functools import reduce
 from itertools import pairwise
@@ -10,12 +10,12 @@ import numpy as np
 
 from alloc.allocation import FloatArray, Status
 from alloc.formulations import Formulation, Part
-from alloc.kernels.entry import all_thrusters, inside, refuse
+from alloc.kernels.correction import Gap, correct_thrusts, limit_gap
+from alloc.kernels.entry import all_thrusters, clamp_thrusts, refuse
 from alloc.kernels.exact import piece
-from alloc.kernels.held import Gap, beyond, held
-from alloc.kernels.off import together
+from alloc.kernels.failures import shared_states
 from alloc.kernels.rules import MEANINGS as RULE
-from alloc.kernels.tolerance import HELD
+from alloc.kernels.tolerance import MOVED_ERROR
 from alloc.kernels.walk import Walk
 from alloc.nullspace.region import leading
 from alloc.nullspace.structure import Block, decompose
@@ -34,17 +34,17 @@ MEANINGS = RULE | {
 def by_level(
     formulation: Formulation, vehicle: Vehicle, limits: Where, scalar: Scalar, *, faults: bool = False
 ) -> Program:
-    """The answer of a formulation with a way; raises NotApplicable for too many facets or steps.
+    """Program of a formulation with a path; raises NotApplicable for too many facets or steps.
 
-    With ``faults`` it is one program for many: a thruster that is off is one whose limits are zero. Where
-    that loses a direction, the steps of several levels are others, so of these it is left out; so is one
-    that leaves a direction weak, or lets it count in part, whose thrusts solve other equations. Where the
-    whole vehicle has such a direction T differs from fault to fault, and the program is for it alone.
+    With ``faults`` one program serves many: a failed thruster has limits of zero. Left out are faults that
+    lose a direction where there are several levels, since their steps differ, and faults that leave a
+    direction weak or counted in part, since their equations differ. If the whole vehicle has such a
+    direction, T differs between faults and the program serves the whole vehicle alone.
     """
     first, *others = formulation.parts(vehicle)
     known = {
         fault: state
-        for fault, state in (together(vehicle) if faults and first.vehicle is vehicle else {}).items()
+        for fault, state in (shared_states(vehicle) if faults and first.vehicle is vehicle else {}).items()
         if state.mixture[0][1] is state and (len(first.way.levels) == 1 or state.rank == vehicle.rank)
     }
     builder = Builder(first.vehicle, limits, scalar, known)
@@ -59,7 +59,7 @@ def by_level(
 
 
 class _Answer(NamedTuple):
-    """Answer of one way: thrusts inside the limits, shares, and the condition that all is delivered."""
+    """Answer of one path: thrusts inside the limits, shares, and the condition that all is delivered."""
 
     thrusts: dict[int, Expression]
     shares: list[Expression]
@@ -67,23 +67,23 @@ class _Answer(NamedTuple):
 
 
 def _mixed(builder: Builder, answers: list[_Answer], ws: list[float]) -> _Answer:
-    """The answers mixed as ``Vehicle.mixture`` says."""
+    """The weighted sum of answers by ``Vehicle.mixture``."""
     found = answers[0]
     for (before, one), w in zip(pairwise(answers), ws, strict=True):
         f = {i: found.thrusts[i] + w * (x - before.thrusts[i]) for i, x in one.thrusts.items()}
         builder.compute(*(x.named(f"mix{i}") for i, x in f.items()))
         each = zip(found.shares, one.shares, before.shares, strict=True)
         found = _Answer(f, [x + w * (after - past) for x, after, past in each], found.met & one.met)
-    return found._replace(thrusts=inside(builder, found.thrusts, builder.limits)) if ws else found
+    return found._replace(thrusts=clamp_thrusts(builder, found.thrusts, builder.limits)) if ws else found
 
 
 def _one(builder: Builder, whole: Vehicle, part: Part) -> _Answer:
-    """The answer of one way, for the builder's vehicle."""
+    """The answer of one path, for the builder's vehicle."""
     vehicle, way = part.vehicle, part.way
     structure, again = decompose(vehicle), builder.limits.again()
     walk = Walk(builder, way, structure.G)
     fixed = [i for i in structure.fixed.tolist() if vehicle.readiness[i]]
-    # A part of the thrusters is answered as soon as no later level moves it, from limits that are read anew.
+    # A block is answered once no later level moves it, with limits that are read again.
     arrival = [walk.arrived(_coupled(vehicle, block)) for block in structure.blocks]
     thrusts, gaps = dict[int, Expression](), list[Gap]()
     for level in range(walk.levels):
@@ -100,7 +100,7 @@ def _one(builder: Builder, whole: Vehicle, part: Part) -> _Answer:
                 ended = made.thrusts()
                 builder.compute(*ended.values())
                 gaps += (
-                    [beyond(builder, i, x, again) for i, x in ended.items()]
+                    [limit_gap(builder, i, x, again) for i, x in ended.items()]
                     if made.gaps is None
                     else made.gaps
                 )
@@ -109,34 +109,34 @@ def _one(builder: Builder, whole: Vehicle, part: Part) -> _Answer:
             if again.at_call:
                 builder.fence()
             ended = {i: lifted(walk.f[i], builder.graph) for i in fixed}
-            gaps += [beyond(builder, i, x, again) for i, x in ended.items()]
+            gaps += [limit_gap(builder, i, x, again) for i, x in ended.items()]
             thrusts |= ended
-    found = held(builder, gaps, thrusts, walk, again)
-    y = inside(builder, found.thrusts, again)
-    # Of weak directions no demand is missed: the wrench that is met is another.
+    found = correct_thrusts(builder, gaps, thrusts, walk, again)
+    y = clamp_thrusts(builder, found.thrusts, again)
+    # The part of a demand along weak directions does not count as missed.
     lost = (structure if vehicle.rank == whole.rank else decompose(whole)).unreachable
     return _Answer(y, found.shares, _met(builder, lost, walk.reachable.lost, found.shares))
 
 
 def _coupled(vehicle: Vehicle, block: Block) -> list[int]:
-    """The thrusters that a block moves, and those whose effort counts with theirs."""
+    """The thrusters of a block, and those that H couples with them."""
     linked = np.where(vehicle.readiness > 0, block.N.T @ vehicle.H[block.rows], 0.0)
     return sorted({*block.rows.tolist(), *np.flatnonzero(snapped(linked).any(axis=0)).tolist()})
 
 
 def _ends(builder: Builder, walk: Walk, b: int, block: Block) -> tuple[dict[int, Expression], Number]:
-    """The thrusts x of a block where the way ends, without their part in the null space; and 0.
+    """Thrusts x of a block at the end of the path, without their part in the null space; and 0.
 
-    In one dimension x keeps that part, and the second number is the z that takes it away.
+    In one dimension x keeps that part, and the second value is the z that removes it.
     """
     vehicle = builder.vehicle
     f = [lifted(each, builder.graph) for each in walk.f]
     x = {i: f[i] for i in block.rows.tolist()}
-    if walk.starts_at_rest:  # thrusts that are products with G alone have nothing there
+    if walk.starts_at_rest:  # G tau has no part in the null space
         return x, 0.0
-    # In one dimension N is in unit of its slab, else its largest entries are 1: zeros stay zero.
+    # N is scaled by its slab in one dimension, else by its largest entries, so that zeros stay zero.
     N = block.N / (np.abs(block.N).max(axis=0) if block.N.shape[1] > 1 else leading(block.N))
-    # Where H is full, the effort also couples the block with thrusters that z does not move.
+    # A full H also couples the block with thrusters that z does not move.
     NtH = np.where(vehicle.readiness > 0, N.T @ vehicle.H[block.rows], 0.0)
     rows = gathered(-np.linalg.solve(NtH[:, block.rows] @ N, NtH), f, f"sz{b}_")
     z = [signed(row).named(f"z{b}_{j}") for j, row in enumerate(rows)]
@@ -151,11 +151,11 @@ def _met(
 ) -> Expression:
     """The condition that all of tau is delivered, its part along lost directions included."""
     whole: Expression = least(*shares) >= 1.0
-    # In unit of wrench_scale the rows are orthonormal, so the sum of their squares is the square of the miss.
-    rows = product(lost / HELD[builder.scalar], builder.tau, "pm").rows if len(lost) else []
+    # Over wrench_scale the rows are orthonormal: the sum of squares is the squared error.
+    rows = product(lost / MOVED_ERROR[builder.scalar], builder.tau, "pm").rows if len(lost) else []
     missed = [signed(row).named(f"missed{i}") for i, row in enumerate(rows)]
     if by_fault is not None:
-        missed.append((by_fault * (1.0 / HELD[builder.scalar])).named("missed_off"))
+        missed.append((by_fault * (1.0 / MOVED_ERROR[builder.scalar])).named("missed_off"))
     if not missed:
         return whole
     squares = reduce(add, [each * each for each in missed])

@@ -1,4 +1,4 @@
-"""Redistribute's passes as a loop over data: which thrusts freeze decides what the others can still do."""
+"""Passes of ``redistribute`` as a loop over data: frozen thrusts determine what the others can add."""
 
 import re
 from importlib import resources
@@ -6,9 +6,9 @@ from importlib import resources
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.kernels.rules import Ruled
-from alloc.kernels.template import filled, initialiser, unrolled
-from alloc.kernels.tolerance import MET
+from alloc.kernels.rules import RuleAnswer
+from alloc.kernels.template import fill_words, initialiser, unroll
+from alloc.kernels.tolerance import WRENCH_ERROR
 from alloc.nullspace.structure import decompose
 from alloc.program import Builder, DataLoop, Expression, Scalar
 from alloc.program.literal import number
@@ -17,17 +17,17 @@ from alloc.vehicle import RANK_TOLERANCE, Vehicle
 from alloc.vehicle.condition import magnified, wrench_doubt
 
 RANK: dict[Scalar, float] = {"double": RANK_TOLERANCE, "float": 1e-5}
-"""Length of a row below which it is rounding, relative to what it was before any froze [-]."""
+"""Length of a row that counts as zero, over its length before any thruster froze [-]."""
 DOUBT: dict[Scalar, float] = {"double": 1e-5, "float": 1e-2}
-"""Most that rounding may take of the thrusts, relative to the largest limit [-]; more is refused."""
+"""Largest rounding of a thrust over the largest limit [-]; vehicles with more are refused."""
 EACH = 8
-"""Roundings of a Gram-Schmidt process for each thruster, as ``alloc.vehicle.condition`` counts them."""
+"""Roundings of a Gram-Schmidt step, as ``alloc.vehicle.condition`` counts them."""
 
 
-def frozen(spare: float, builder: Builder, x: dict[int, Expression]) -> Ruled:
-    """Thrusts beyond a limit by more than ``spare`` freeze there, the others share the rest of tau.
+def freeze_thrusts(spare: float, builder: Builder, x: dict[int, Expression]) -> RuleAnswer:
+    """Freeze thrusts that exceed a limit by more than ``spare``, and let the others make the rest of tau.
 
-    ``spare`` is relative to the largest limit [-].
+    ``spare`` is over the largest limit [-].
     """
     vehicle, n = builder.vehicle, builder.vehicle.n
     known = builder.faults or {-1: vehicle}
@@ -40,16 +40,16 @@ def frozen(spare: float, builder: Builder, x: dict[int, Expression]) -> Ruled:
         flags=tuple(tuple(int(i in ends and i != fault) for i in range(n)) for fault in known),
     )
     g = builder.loop(loop, low, high, [x.get(i, 0.0) for i in range(n)])
-    # Other rules that nearly make tau leave T* tau by next to nothing, and their sums of what is missed do
-    # not round. These thrusts leave it by whole limits. In float MET leaves that much already.
-    hidden = min(wrench_doubt(vehicle), MET["double"] / 10) if builder.scalar == "double" else 0.0
-    return Ruled({i: g[i] for i in x}, hidden=hidden, working=_working(builder, x))
+    # Other rules that nearly make tau stay near T* tau, so their error sums hardly round. These thrusts may
+    # lie whole limits away from it. In float WRENCH_ERROR has room for that.
+    hidden = min(wrench_doubt(vehicle), WRENCH_ERROR["double"] / 10) if builder.scalar == "double" else 0.0
+    return RuleAnswer({i: g[i] for i in x}, hidden=hidden, working=_working(builder, x))
 
 
 def _working(builder: Builder, x: dict[int, Expression]) -> dict[int, Expression]:
-    """Factors of the thrusts, 0 for a thruster that is off, so that the C shows its thrust to be zero.
+    """Factors of the thrusts, 0 for a failed thruster, which prove its thrust zero to an analyser.
 
-    What the loop makes is an interval to an analyser. Limits of zero show it, where these are by fault.
+    An analyser sees an interval behind the loop. Limits by fault prove it without factors.
     """
     if builder.limits.at_call or builder.limits.by_fault:
         return {}
@@ -58,12 +58,11 @@ def _working(builder: Builder, x: dict[int, Expression]) -> dict[int, Expression
 
 
 def doubt(vehicle: Vehicle, scalar: Scalar) -> float:
-    """Share of the largest limit by which rounding may move a thrust of the cascade in C [-].
+    """Rounding of a thrust of the loop in C over the largest limit [-].
 
-    With H = L L' the effort is |L'f|^2. A thruster that freezes takes its part out of what the others can do,
-    as a step of Gram-Schmidt does with rows, which loses a share EACH n u cond(A L'^-1) of L'f (Bjorck 1967);
-    of f that is up to sqrt(cond H) times as much. Where others are frozen the weakest thruster may push
-    alone: max |T_i| / min |T_i| times as much again.
+    With H = L L' the effort is |L'f|^2. Freezing a thruster is a step of Gram-Schmidt, relative error
+    EACH n u cond(A L'^-1) of L'f (Bjorck 1967) and up to sqrt(cond H) times that of f. If only the weakest
+    thruster is left, max |T_i| / min |T_i| times as much again.
     """
     on = vehicle.working
     L = np.linalg.cholesky(vehicle.H[np.ix_(on, on)])
@@ -75,12 +74,12 @@ def doubt(vehicle: Vehicle, scalar: Scalar) -> float:
 
 
 def _text(vehicle: Vehicle, scalar: Scalar, spare: float) -> str:
-    """The C of the loop with this vehicle's numbers in it."""
+    """C text of the loop with this vehicle's numbers."""
     text = (resources.files("alloc.kernels") / "cascade.c").read_text(encoding="utf-8")
     full = np.count_nonzero(vehicle.H - np.diag(np.diag(vehicle.H)))
     text = re.sub(r"^( *)//full ?(.*\n)", r"\1\2" if full else "", text, flags=re.MULTILINE)
     Z, E = _responses(vehicle)
-    text = unrolled(text, {"K": vehicle.k, "N": vehicle.n, "D": Z.shape[1]})
+    text = unroll(text, {"K": vehicle.k, "N": vehicle.n, "D": Z.shape[1]})
     least = RANK[scalar] ** 2 * np.column_stack([(Z**2).sum(axis=1), (E**2).sum(axis=1)])
     words = {
         "SCALAR": scalar,
@@ -96,13 +95,13 @@ def _text(vehicle: Vehicle, scalar: Scalar, spare: float) -> str:
         "HESSIAN": initialiser(vehicle.H, scalar),
         "MOVED": "y" if full else "f",
     }
-    return filled(text, words)
+    return fill_words(text, words)
 
 
 def _responses(vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
-    """(n, d) thrusts without a wrench, Z'HZ = I, and (n, k) those of a wrench in rows of unit length.
+    """Null space Z (n, d) with Z'HZ = I, and inverse (n, k) for rows of T of unit length.
 
-    Of a vehicle without a null space Z has one column of zeros.
+    Without a null space Z is one column of zeros.
     """
     structure = decompose(vehicle)
     columns = []

@@ -1,4 +1,4 @@
-"""The exact method for one vehicle: the tables of ``alloc.nullspace`` written out, block by block."""
+"""The exact method as a program: the tables of ``alloc.nullspace`` written out, block by block."""
 
 from collections.abc import Callable
 from itertools import combinations
@@ -9,20 +9,20 @@ import numpy as np
 
 from alloc.allocation import FloatArray, Status
 from alloc.errors import NotApplicable
+from alloc.kernels.correction import Gap, limit_gap
 from alloc.kernels.entry import (
     Excess,
     SeenArguments,
     all_thrusters,
+    clamp_thrusts,
     closed_form,
-    cover,
-    inside,
-    lost,
-    refined,
+    cover_arguments,
+    lost_parts,
+    refine,
     refuse,
 )
-from alloc.kernels.held import Gap, beyond
-from alloc.kernels.steps import Ratios, Strip, joined, nearest
-from alloc.kernels.tolerance import HELD, TOLERANCE, rounds
+from alloc.kernels.steps import Ratios, Strip, join_rows, nearest
+from alloc.kernels.tolerance import MOVED_ERROR, TOLERANCE, needs_refinement
 from alloc.nullspace.region import THIN, Region, prepare
 from alloc.nullspace.structure import Block, Structure, decompose
 from alloc.program import Builder, Expression, Limits, Number, Program, Scalar, States, Where, least, most
@@ -32,27 +32,26 @@ from alloc.vehicle import Vehicle
 from alloc.vehicle.condition import excess_that_misses, wrench_doubt
 
 STEPS_LIMIT = 500
-"""Most steps of a block: each is written out, and more would fill a microcontroller's flash."""
+"""Most steps of a block; each is written out and takes flash."""
 LARGEST_FACTOR = 4.0
-"""Most that a thrust which follows from others may move by where one of them moves by one."""
+"""Largest change of a derived thrust per unit change of the thrusts it is derived from [-]."""
 
 THINNER: dict[Scalar, float] = {"double": THIN, "float": 1 / 8}
-"""``alloc.nullspace.region.THIN`` of a block of one dimension: rounding that thin rows magnify more would
-take single precision farther from the wrench that shares promise than SOLVED may miss. Steps of more
-dimensions stay in the order of those in Python."""
+"""``alloc.nullspace.region.THIN`` of a block of one dimension: thinner rows magnify the rounding of single
+precision beyond the error allowed of SOLVED. Blocks of more dimensions keep the order of Python's steps."""
 
 
 class Piece(NamedTuple):
-    """Part of the kernel for some of the thrusters: a block of the null space, or those that no z moves.
+    """Part of the kernel: the thrusters of a block of the null space, or those that no z moves.
 
     Attributes
     ----------
     rows : the thrusters
-    before : what is calculated before anything is refused
-    excess : what must not be exceeded, or the demand is infeasible
-    thrusts : makes the steps to the thrusters' thrusts, and returns these
-    branches : whether those steps have branches; they are taken only of a demand that exceeds nothing
-    gaps : how far its thrusts lie beyond limits; None where that is seen by the thrusts only
+    before : values computed before a demand may be refused
+    excess : bounds whose excess makes the demand infeasible
+    thrusts : adds the steps to the program and returns the thrusts
+    branches : True if those steps branch; then they follow the refusals
+    gaps : excess of its thrusts over limits; None if only the thrusts show it
     """
 
     rows: list[int]
@@ -64,39 +63,39 @@ class Piece(NamedTuple):
 
 
 def exact(vehicle: Vehicle, limits: Where, scalar: Scalar, faults: States | None = None) -> Program:
-    """The exact optimum of eq. 4-5; raises NotApplicable where it takes too many steps.
+    """Program of the exact optimum, eq. 4-5; raises NotApplicable for too many steps.
 
-    Of ``faults`` it is one program for all: a thruster that is off is one whose limits are zero.
+    One program serves all ``faults``: a failed thruster has limits of zero.
     """
     builder = Builder(vehicle, limits, scalar, faults)
     structure = decompose(vehicle)
-    excess, x = lost(builder, structure), closed_form(builder, structure.G)
-    # All thrusts moved by what counts as met miss twice HELD, lost directions included.
-    missed = (1.0 if excess else 2.0) * HELD[scalar]
+    excess, x = lost_parts(builder, structure), closed_form(builder, structure.G)
+    # Moving every thrust by the tolerance may cost twice MOVED_ERROR, lost directions included.
+    missed = (1.0 if excess else 2.0) * MOVED_ERROR[scalar]
     doubt = max(TOLERANCE[scalar], wrench_doubt(vehicle)) * vehicle.f_scale
     slack = min(doubt, excess_that_misses(vehicle, missed))
-    if rounds(vehicle, scalar):
-        x = refined(builder, structure.G, x)
+    if needs_refinement(vehicle, scalar):
+        x = refine(builder, structure.G, x)
     parts = pieces(builder, structure, x, slack, builder.limits)
-    seen, y = SeenArguments(cover(structure.G), builder), dict[int, Expression]()
+    seen, y = SeenArguments(cover_arguments(structure.G), builder), dict[int, Expression]()
     seen.know(0, x)
     for i, part in enumerate(parts):
         if i:
             builder.fence()
         seen.add(part.rows, f"{i}")
         builder.compute(*part.before)
-        y |= {} if part.branches else inside(builder, part.thrusts(), builder.limits)
+        y |= {} if part.branches else clamp_thrusts(builder, part.thrusts(), builder.limits)
         excess += part.excess
     refuse(builder, seen, excess, exact=True)
     for part in parts:
-        y |= inside(builder, part.thrusts(), builder.limits) if part.branches else {}
+        y |= clamp_thrusts(builder, part.thrusts(), builder.limits) if part.branches else {}
     return builder.program(all_thrusters(builder, y), Status.SOLVED)
 
 
 def pieces(
     builder: Builder, structure: Structure, x: dict[int, Expression], slack: float, limits: Limits
 ) -> list[Piece]:
-    """The exact answer from x = G tau on, in pieces; nothing is refused where the slack [N] is infinite."""
+    """Pieces of the exact answer to x = G tau; an infinite slack [N] refuses nothing."""
     blocks = [piece(builder, f"{b}", block, x, slack, limits) for b, block in enumerate(structure.blocks)]
     rows = [i for i in structure.fixed.tolist() if builder.vehicle.readiness[i]]
     excess: Excess = []
@@ -107,7 +106,7 @@ def pieces(
 
 
 def _beyond(i: int, x: dict[int, Expression], limits: Limits, slack: float) -> Excess:
-    """Excess of a thruster that no z moves over limits and slack, each at most zero if it is met."""
+    """Excess of a thruster that no z moves over its limits widened by the slack; at most zero inside."""
     low, high = limits.ends(i, wider=slack)
     return [(low - x[i], 0.0), (x[i] - high, 0.0)]
 
@@ -121,10 +120,9 @@ def piece(
     limits: Limits,
     zero: Number = 0.0,
 ) -> Piece:
-    """Piece of one block, its names ending in ``name``; nothing is refused where the slack [N] is infinite.
+    """Piece of one block, whose names end in ``name``; an infinite slack [N] refuses nothing.
 
-    ``zero`` says where z of a block of one dimension is zero, if x is not G tau but any thrusts that make
-    tau.
+    ``zero`` is the z of least effort of a block of one dimension, where x makes tau but is not G tau.
     """
     region = prepare(block.N, slack, THINNER[builder.scalar] if block.N.shape[1] == 1 else THIN)
     if region.worst_case_steps > STEPS_LIMIT:
@@ -147,10 +145,10 @@ def _clamp(
     limits: Limits,
     zero: Number,
 ) -> Piece:
-    """A block of one dimension, without a branch: the slab's lo and hi, and its point nearest to zero.
+    """A block of one dimension, without branches: the point of lo … hi nearest to zero.
 
-    Rows with equal scaled limits share the subtraction: lo = limit - (least of their x). Of a row with a
-    negative scale the limits change places: lo = (most of their x) - limit.
+    Rows with equal scaled limits share the subtraction: lo = limit - (least of their x). A row with a
+    negative scale swaps its limits: lo = (most of their x) - limit.
     """
     (slab,) = region.slabs
     before, excess, scales = list[Expression](), Excess(), dict[int, float]()
@@ -177,15 +175,15 @@ def _clamp(
         if isfinite(alike.slack):
             excess += [(each, alike.slack) for each in apart]
         longer.append((lo, hi))
-    for lo, hi in reversed(longer):  # where rows contradict each other the longest decides
+    for lo, hi in reversed(longer):  # the longest row decides between contradicting rows
         nearest = most(lo, least(hi, nearest))
     b = lifted(nearest, longer[0][0].graph).named(f"b{name}")
     before.append(b)
     thrusts = {i: signed([(False, x[i]), term(1.0 / scale, b)]) for i, scale in scales.items()}
-    for row in region.checks:  # z moves these by less than rounding of its limits, so they say nothing of it
+    for row in region.checks:  # z moves these by less than rounding
         i, by = int(block.rows[row]), float(block.N[row, 0] / slab.normal[0])
         thrusts[i] = signed([(False, x[i]), *([term(by, b)] if by else [])])
-        gaps.append(beyond(builder, i, thrusts[i], limits))
+        gaps.append(limit_gap(builder, i, thrusts[i], limits))
         if isfinite(region.tolerance):
             excess += _beyond(i, x, limits, region.tolerance)
     return Piece(block.rows.tolist(), before, excess, lambda: thrusts, False, gaps)
@@ -194,11 +192,11 @@ def _clamp(
 def _steps(
     builder: Builder, block: Block, region: Region, x: dict[int, Expression], name: str, limits: Limits
 ) -> dict[int, Expression]:
-    """A block of more dimensions: some thrusts by Seidel's steps, the others as sums with those."""
+    """A block of more dimensions: d thrusts by Seidel's steps, the others as sums of these."""
     indices, ratios = block.rows.tolist(), Ratios()
     rows = [Strip(f"v{i}", normal, x[i], *limits.ends(i)) for i, normal in zip(indices, block.N, strict=True)]
     values: dict[str, Expression] = {row.key: x[i] for row, i in zip(rows, indices, strict=True)}
-    slabs = joined(builder, region, rows, values, f"{name}_")
+    slabs = join_rows(builder, region, rows, values, f"{name}_")
     builder.compute(*(slab.start for slab in slabs if slab.start is not None))
     kept = [slabs[i] for i in _late(np.array([slab.normal for slab in slabs]))]
     nearest(builder, region, slabs, kept, values, f"{name}_", ratios)
@@ -220,9 +218,9 @@ def _steps(
 
 
 def _late(normals: FloatArray) -> list[int]:
-    """d slabs (m, d) as late as can be, of which all others are sums without large factors.
+    """The last d slabs of normals (m, d) from which the others follow without large factors.
 
-    What is late is asked for by the steps anyhow.
+    The steps compute late slabs anyhow.
     """
     m, d = normals.shape
     choices = [list(choice) for choice in combinations(reversed(range(m)), d)]

@@ -1,4 +1,4 @@
-"""The facets of a vehicle's attainable set as generated C looks at them: each is a sum over thrusters."""
+"""Facets of the attainable set for generated C, each a weighted sum over thrusters."""
 
 from dataclasses import dataclass
 
@@ -13,19 +13,19 @@ from alloc.vehicle import Vehicle
 from alloc.vehicle.degeneracy import NOTHING
 
 FACETS_LIMIT = 300
-"""Most pairs of facets: each is written out, and more would fill a microcontroller's flash."""
+"""Most pairs of facets; each is written out and takes flash."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FacetPairs:
-    """Pairs of opposite facets, each by the normal of one of the two.
+    """Pairs of opposite facets, each with the normal of one of them.
 
     Attributes
     ----------
-    normals : (M, k) in unit of ``scale``
+    normals : (M, k) times ``scale`` [-]
     scale : (k,) the vehicle's ``wrench_scale`` [N, N m]
-    push : (M, n) how far one newton of each thruster goes along a normal, the largest in a row 1 [-]
-    parts : the pairs in parts that share no thruster
+    push : (M, n) step along a normal per newton of each thruster, the largest of a row 1 [-]
+    parts : indices of pairs, by parts that share no thruster
     """
 
     normals: FloatArray
@@ -33,30 +33,29 @@ class FacetPairs:
     push: FloatArray
     parts: list[IndexArray]
 
-    def met(self, D: FloatArray) -> list[int]:
-        """Those that steps D (tau - w) of a level go towards or away from, part by part."""
+    def crossed_by(self, D: FloatArray) -> list[int]:
+        """Pairs that a level's step D (tau - w) can approach, part by part."""
         along = np.abs(self.normals @ (D * (self.scale / self.scale[:, None])))
         return [m for part in self.parts for m in part.tolist() if along[m].max() > NOTHING]
 
-    def part_of(self, m: int) -> int:
-        """The index of the part that a pair belongs to."""
+    def part_index(self, m: int) -> int:
+        """Index of a pair's part."""
         return next(j for j, part in enumerate(self.parts) if m in part)
 
     def thrusters(self, part: int) -> list[int]:
-        """The thrusters that push along facets of this part."""
+        """Thrusters that push along facets of a part."""
         return np.flatnonzero(self.push[self.parts[part]].any(axis=0)).tolist()
 
 
 def facet_pairs(vehicle: Vehicle) -> FacetPairs:
-    """The facets of this vehicle; raises NotApplicable where there are too many to write them out."""
+    """Facets of a vehicle; raises NotApplicable for too many of them."""
     found = edge(vehicle)
     if len(found.normals) > FACETS_LIMIT:
         raise NotApplicable(
             f"generated C: each facet is written out, here {len(found.normals)} pairs, more than "
             f"{FACETS_LIMIT}; use the method in Python"
         )
-    # Stretched until the thruster that pushes most does so by one newton a newton: on many vehicles what is
-    # left along a facet is then a plain sum.
+    # With the largest push of a row 1, the margin of a facet is a plain sum on many vehicles.
     push = snapped(found.push / np.abs(found.push).max(axis=1)[:, None])
     return FacetPairs(
         normals=found.normals * found.scale,
@@ -67,17 +66,17 @@ def facet_pairs(vehicle: Vehicle) -> FacetPairs:
 
 
 def components(linked: BoolArray) -> list[IndexArray]:
-    """The rows of (M, n) in parts that share no column."""
+    """Rows of (M, n) by parts that share no column."""
     near = linked @ linked.T
-    for _ in range(linked.shape[1].bit_length()):  # each product doubles the way that is gone
+    for _ in range(linked.shape[1].bit_length()):  # each product doubles the length of the paths
         near = near @ near
     return [np.flatnonzero(row) for row in np.unique(near, axis=0)[::-1]]
 
 
-def alike(pairs: list[int], along: FloatArray) -> list[list[tuple[int, bool]]]:
-    """Pairs of facets along which every step advances equally, in groups; along (M, k) has their rows.
+def group_alike(pairs: list[int], along: FloatArray) -> list[list[tuple[int, bool]]]:
+    """Group pairs of facets with equal rows of ``along`` (M, k), up to the sign.
 
-    The boolean of a pair says whether a step advances along it opposite to its group's first.
+    Each pair comes with True if its sign differs from that of its group's first.
     """
     groups: dict[tuple[float, ...], list[tuple[int, bool]]] = {}
     for m, row in zip(pairs, snapped(along) if along.size else along, strict=True):
@@ -89,9 +88,9 @@ def alike(pairs: list[int], along: FloatArray) -> list[list[tuple[int, bool]]]:
 def steps_along(
     push: FloatArray, steps: dict[int, Expression], products: dict[int, Terms], name: str
 ) -> list[Terms]:
-    """Length of a step along each normal, push d: each row's terms.
+    """Terms of push d, the length of a step d along each normal.
 
-    They are sums of the ``steps`` d of thrusters, or of the products that each d adds up (if all of them do),
+    They are sums of the ``steps`` of thrusters or, where each step has products, of these products,
     whichever is shorter.
     """
     moved = list(steps)
@@ -103,7 +102,7 @@ def steps_along(
     spread = np.zeros((push.shape[1], len(values)))
     for i in used:
         for minus, value in products[i]:
-            # A step adds a product up twice where axes that a failure made one ask for the same.
+            # A step has a product twice where a failure merged two axes.
             spread[i, values.index(value)] += -1.0 if minus else 1.0
     of_products = summed(push @ spread, values, f"go{name}")
     return of_steps.rows if of_steps.terms <= of_products.terms else of_products.rows

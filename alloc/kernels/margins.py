@@ -1,4 +1,4 @@
-"""The margin of each facet: how far the attainable set reaches beyond the wrench reached so far."""
+"""Margins of facets: distances from the wrench of thrusts f to the edge of the attainable set."""
 
 from collections.abc import Sequence
 
@@ -12,15 +12,14 @@ from alloc.program.sums import SAME, known, signed, summed
 from alloc.reach.edge import slack_table
 
 Ways = list[tuple[Expression, list[tuple[int, bool]]]]
-"""Lengths of a step along the normals of pairs of facets, or where a pair is turned their opposites."""
+"""Lengths of a step along normals, each with its pairs of facets and whether a pair points backwards."""
 
 WIDE = 1e-3
-"""Margin of a facet, as a share of the largest limit, beyond which rounding of a step along it is
-nothing to it."""
+"""Margin over the largest limit above which the rounding of a step is negligible [-]."""
 
 
-def taken(along: Expression, ahead: Number, astern: Number) -> Expression:
-    """The share that ``along`` takes of the margin ahead of it, or astern where it is negative."""
+def margin_share(along: Expression, ahead: Number, astern: Number) -> Expression:
+    """Length ``along`` over the margin ahead, or where it is negative over the margin astern [-]."""
     if max(map(abs, values(ahead - astern))) <= SAME * min(values(ahead)):
         return size(along * (1.0 / least(ahead, astern)))
     share: Expression = most(along * (1.0 / ahead), -along * (1.0 / astern))
@@ -28,24 +27,24 @@ def taken(along: Expression, ahead: Number, astern: Number) -> Expression:
 
 
 def values(number: Number) -> tuple[float, ...]:
-    """A number's value for each fault that has its own; empty where it is not known beforehand."""
+    """Values of a constant, one for each fault; empty if it is only known in a call."""
     return number.graph.known(number.node) if isinstance(number, Expression) else (number,)
 
 
 class FacetMargins:
-    """The margins ahead and astern of each pair of facets: sums of what lies between thrusts and limits."""
+    """Margins ahead and astern of each pair of facets: weighted sums of the thrusts' distances to limits."""
 
     def __init__(self, builder: Builder, facets: FacetPairs) -> None:
-        """No margin is known yet."""
-        self._draft, self._facets = builder, facets
+        """Begin without a margin."""
+        self._builder, self._facets = builder, facets
         self._known: dict[int, tuple[Number, Number]] = {}
         self._terms: dict[Number, list[Expression]] = {}
         self._gaps: dict[int, tuple[Number, Number]] = {}
         self._narrow, self._spent = set[int](), set[int]()
 
     def measure(self, level: int, pairs: list[int], f: Sequence[Number]) -> None:
-        """Find the margins from thrusts f, of those pairs whose margins are not known."""
-        graph, limits, n = self._draft.graph, self._draft.limits, self._draft.vehicle.n
+        """Compute the margins from thrusts f of those pairs that have none yet."""
+        graph, limits, n = self._builder.graph, self._builder.limits, self._builder.vehicle.n
         asked = [m for m in pairs if m not in self._known]
         push = self._facets.push[asked]
         pushing = np.flatnonzero(push.any(axis=0)).tolist()
@@ -61,9 +60,9 @@ class FacetMargins:
         widths = np.array([gap if known(gap) else 0.0 for gap in gaps], dtype=float)
         rows = summed(table, [lifted(gap, graph) for gap in gaps], f"g{level}_").rows
         if not limits.at_call:
-            # Of a shared sum only its numbers tell what it is for each fault.
-            each = np.array([np.broadcast_to(values(gap), max(len(self._draft.faults), 1)) for gap in gaps])
-            narrow = (table @ each <= WIDE * self._draft.vehicle.f_scale).any(axis=1)
+            # A shared sum has no value of its own for each fault; its constants do.
+            each = np.array([np.broadcast_to(values(gap), max(len(self._builder.faults), 1)) for gap in gaps])
+            narrow = (table @ each <= WIDE * self._builder.vehicle.f_scale).any(axis=1)
             self._narrow |= {m for j, m in enumerate(asked) if narrow[j] or narrow[len(asked) + j]}
         for j, m in enumerate(asked):
             if all(known(gaps[i]) for i in np.flatnonzero(push[j]).tolist()):
@@ -79,12 +78,12 @@ class FacetMargins:
                     self._terms[value.named(f"{way}{level}_{m}")] = [each for _, each in row]
 
     def _whole(self, margin: Expression, push: FloatArray) -> Number:
-        """The margin, where a fault leaves a facet no thruster that of the whole vehicle.
+        """The margin; for a fault that takes a facet's only thruster, that of the whole vehicle.
 
-        Nothing of a demand goes along it then but rounding (``alloc.kernels.off.reachable``), of which any
-        margin takes nothing; one of zero would have to be looked at in each call.
+        Such a facet sees rounding only (``alloc.kernels.failures.reachable``). A margin of zero would have to
+        be compared in each call.
         """
-        each, faults = values(margin), self._draft.faults
+        each, faults = values(margin), self._builder.faults
         if not faults or len(each) < len(faults) or np.count_nonzero(push) > 1:
             return margin
         alone = int(np.flatnonzero(push)[0])
@@ -92,32 +91,32 @@ class FacetMargins:
         return margin.graph.of_each(left)
 
     def load(self, along: Expression, group: list[tuple[int, bool]], tiny: Number) -> Expression:
-        """Share of the least margin of these pairs that a step uses up.
+        """Length of a step over the least margin of these pairs [-].
 
-        ``along`` is how far it goes along the pairs' normals, or where a pair is turned their opposites, and
-        what is smaller than ``tiny`` is rounding. Nothing of no margin is NaN, which compares and the FPU's
-        maximum drop alike; something of none is infinite, so the share is zero.
+        ``along`` is the step's length along the pairs' normals (backwards where a pair is turned); below
+        ``tiny`` it is rounding. 0/0 is NaN, which comparisons and the FPU's maximum both drop; a step into
+        no margin gives infinity, and so a share of zero.
         """
         margins = [self._known[m][:: -1 if turned else 1] for m, turned in group]
         ahead, astern = (self._least(list(side)) for side in zip(*margins, strict=True))
-        wide = WIDE * self._draft.vehicle.f_scale
+        wide = WIDE * self._builder.vehicle.f_scale
         both = values(ahead), values(astern)
         if all(both) and min(map(min, both)) > wide:
-            return taken(along, ahead, astern)
-        self._draft.compute(along, ahead, astern, tiny)
+            return margin_share(along, ahead, astern)
+        self._builder.compute(along, ahead, astern, tiny)
         step = select(size(along) > tiny, size(along), 0.0)
         margin: Expression = select(along > 0.0, ahead, astern)
-        # What is left of no margin may be negative by rounding, and so would be the share of it.
+        # A margin that was used up may be slightly negative by rounding.
         spent = not self._spent.isdisjoint(m for m, _ in group)
         return step / (most(margin, 0.0) if spent else margin)
 
-    def moved(self, steps: dict[int, Expression], share: Expression, ways: Ways) -> None:
-        """The way has gone on: thrusters by these steps, and along pairs' normals by a share of these ways.
+    def advance(self, steps: dict[int, Expression], share: Expression, ways: Ways) -> None:
+        """Update the margins after thrusters moved by ``steps``, a share of ``ways`` along the normals.
 
-        Margins of a vehicle's own limits are known at the start, so only the way is taken off. Those of the
-        call's are measured again: it is shorter than to keep them, or to read limits again.
+        With the vehicle's own limits the length of the step is subtracted. With limits of the call the
+        margins are computed again, which is shorter than to keep them.
         """
-        if not self._draft.limits.at_call:
+        if not self._builder.limits.at_call:
             for along, group in ways:
                 by = share * along
                 self._spent |= {m for m, _ in group} & self._narrow
@@ -137,10 +136,10 @@ class FacetMargins:
         margins = list(dict.fromkeys(margins))
         if all(known(margin) for margin in margins):
             return min(margin for margin in margins if isinstance(margin, float))
-        # Where each value of one list is added to each of another, the least sum is the sum of minima.
+        # If each value of one list is added to each of another, the least sum is the sum of both minima.
         pairs = [self._terms.get(margin, []) for margin in margins]
         if len(pairs) > 1 and all(len(pair) == 2 for pair in pairs):
-            # One list: what is added to the first pair's second value. The other: all remaining values.
+            # One list: the partners of the first pair's second value; the other: all other values.
             these = {a for pair in pairs if pairs[0][1] in pair for a in pair} - {pairs[0][1]}
             those = {value for pair in pairs for value in pair} - these
             each = {frozenset((a, b)) for a in these for b in those}

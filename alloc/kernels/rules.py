@@ -1,4 +1,4 @@
-"""The practical rules: T* tau, mended where it lies beyond limits, and whether it makes tau still."""
+"""Rules of practice: T* tau, changed where it exceeds the limits, and the check that it still makes tau."""
 
 from collections.abc import Callable, Mapping
 from functools import reduce
@@ -10,9 +10,16 @@ import numpy as np
 
 from alloc.allocation import FloatArray, Status
 from alloc.closed_forms.inverse import generalized_inverse
-from alloc.kernels import off
-from alloc.kernels.entry import SeenArguments, all_thrusters, closed_form, cover, inside, refuse
-from alloc.kernels.tolerance import MET, met_as_calculated
+from alloc.kernels import failures
+from alloc.kernels.entry import (
+    SeenArguments,
+    all_thrusters,
+    clamp_thrusts,
+    closed_form,
+    cover_arguments,
+    refuse,
+)
+from alloc.kernels.tolerance import WRENCH_ERROR, computed_error_limit
 from alloc.program import Builder, Expression, Program, Scalar, States, Where, select, size
 from alloc.program.graph import lifted
 from alloc.program.sums import Terms, product, shared_sums, signed
@@ -29,15 +36,15 @@ MEANINGS = {
 """Meaning of each value that the C function of a rule returns."""
 
 
-class Ruled(NamedTuple):
-    """Answer of a rule of practice to x = T* tau.
+class RuleAnswer(NamedTuple):
+    """Answer of a rule to x = T* tau.
 
     Attributes
     ----------
     thrusts : by thruster [N]
-    share : of tau that they make [-]; None where limits may cut more of them than rounding
-    hidden : share of ``wrench_scale`` that rounding of T (f - x) may hide of a miss [-]
-    working : zero for the fault of a thruster, else one; only of those whose zero can't be seen without it
+    share : fraction of tau delivered [-]; None where the cut at the limits may change it
+    hidden : wrench error over ``wrench_scale`` that rounding of T (f - x) may hide [-]
+    working : factor 0 for a failed thruster, else 1; only where the C would not show the zero without it
     """
 
     thrusts: dict[int, Expression]
@@ -46,63 +53,63 @@ class Ruled(NamedTuple):
     working: Mapping[int, Expression] = MappingProxyType({})
 
 
-Rule = Callable[[Builder, dict[int, Expression]], Ruled]
-"""Function from x = T* tau of the working thrusters to the thrusts that are then cut at the limits."""
+Rule = Callable[[Builder, dict[int, Expression]], RuleAnswer]
+"""Function from x = T* tau of the working thrusters to thrusts, which are then cut at the limits."""
 
 
-def mended(
+def apply_rule(
     rule: Rule, vehicle: Vehicle, limits: Where, scalar: Scalar, faults: States | None = None
 ) -> Program:
-    """f = T* tau, mended by a rule and cut at the limits; of ``faults`` it is one program for all."""
+    """Program of a rule: f = T* tau, changed by the rule, cut at the limits; one for all ``faults``."""
     builder, G = Builder(vehicle, limits, scalar, faults), generalized_inverse(vehicle)
-    x, seen = closed_form(builder, G), SeenArguments(cover(G), builder)
-    changed = off.without(builder, x, generalized_inverse) if faults else None
+    x, seen = closed_form(builder, G), SeenArguments(cover_arguments(G), builder)
+    changed = failures.drop_failed(builder, x, generalized_inverse) if faults else None
     if changed:
         x = changed.thrusts
         if (vehicle.f_min <= 0.0).all() and (vehicle.f_max >= 0.0).all():
-            builder.limits = builder.limits.of_no_fault()  # zero, which the one that is off has, is inside
+            builder.limits = builder.limits.of_no_fault()  # a failed thruster's zero lies inside
     seen.know(0, x)
     seen.add(vehicle.working.tolist(), "0")
     refuse(builder, seen, [], exact=False)
     made = rule(builder, x)
-    y = inside(builder, made.thrusts, builder.limits)
-    y |= {i: each * y[i] for i, each in made.working.items()}  # what is compared is what leaves
-    share = units(builder, made.hidden)
+    y = clamp_thrusts(builder, made.thrusts, builder.limits)
+    y |= {i: each * y[i] for i, each in made.working.items()}  # compare the thrusts that are returned
+    share = error_scale(builder, made.hidden)
     known, lost = [*builder.faults.values()] or [vehicle], _lost(builder, share, changed)
     if made.share is not None and vehicle.rank == vehicle.k:
-        # T y is share times tau but for rounding. Share times tau is no more than limits allow, |T| far, so
-        # tau is missed by (1 - share) / share times that at most, and neither T nor tau is looked at. Where a
-        # fault loses a direction each of the two may miss half.
+        # T y = share tau but for rounding, and share |tau| <= |T| far, so the error of tau is at most
+        # (1 - share) / share times |T| far: comparing the share is enough. Where a fault loses a direction,
+        # each of the two errors gets half.
         most_of = 0.5 if any(lost) else 1.0
         far = [np.maximum(np.abs(state.f_min), np.abs(state.f_max)) for state in known]
         allowed = np.array([(share * np.abs(vehicle.TP) @ each).max() for each in far])
         met = (made.share >= builder.graph.by_fault(allowed / (most_of + allowed))).named("met")
         if any(lost):
-            met = met & none_missed(builder, lost, most_of)
+            met = met & misses_nothing(builder, lost, most_of)
     else:
         rows = [[*row, *more] for row, more in zip(_missed(builder, share, G, x, y), lost, strict=True)]
-        met = none_missed(builder, rows)
+        met = misses_nothing(builder, rows)
     builder.compute(met)
     return builder.program(all_thrusters(builder, y), select(met, Status.SOLVED, Status.PARTIAL))
 
 
 def doubt(vehicle: Vehicle, scalar: Scalar) -> float:
-    """Share of a thrust that rounding takes of products with T* and N'H [-]."""
+    """Relative rounding of thrusts from products with T* and N'H [-]."""
     return promised(vehicle, 0.0)
 
 
-def units(builder: Builder, hidden: float = 0.0) -> FloatArray:
+def error_scale(builder: Builder, hidden: float = 0.0) -> FloatArray:
     """Per-axis scale (k, 1): the allowed wrench error becomes 1."""
-    may = met_as_calculated(builder.vehicle, builder.scalar) - hidden
+    may = computed_error_limit(builder.vehicle, builder.scalar) - hidden
     share: FloatArray = 1.0 / (may * builder.vehicle.wrench_scale)[:, None]
     return share
 
 
-def none_missed(builder: Builder, rows: list[Terms], at_most: float = 1.0) -> Expression:
-    """The condition that the rows of T f - tau, in these ``units``, miss no more together than one row may.
+def misses_nothing(builder: Builder, rows: list[Terms], at_most: float = 1.0) -> Expression:
+    """The condition that the errors T f - tau over ``error_scale`` add up to at most ``at_most``.
 
-    A sum, since NaN and infinity of any row stay in it and fail the comparison: a maximum drops NaN, which
-    rows are where products with tau overflow. And a sum costs less.
+    A sum keeps the NaN or infinity of a row that overflowed, and then the comparison fails; a maximum would
+    drop a NaN. A sum also costs less.
     """
     missed = [signed(row).named(f"missed{r}") for r, row in enumerate(rows) if row]
     if not missed:
@@ -112,48 +119,48 @@ def none_missed(builder: Builder, rows: list[Terms], at_most: float = 1.0) -> Ex
 
 
 def makes_tau(builder: Builder, f: dict[int, Expression]) -> Expression:
-    """The condition that thrusts make tau, however they came about."""
-    share = units(builder)
+    """The condition T f = tau, whatever f is."""
+    share = error_scale(builder)
     made = shared_sums(product(share * builder.vehicle.TP[:, list(f)], list(f.values()), "q").rows, "v")[1]
     asked = zip(share[:, 0].tolist(), builder.tau, strict=True)
-    return none_missed(
+    return misses_nothing(
         builder, [[*row, (True, unit * tau)] for row, (unit, tau) in zip(made, asked, strict=True)]
     )
 
 
-def together(vehicle: Vehicle, scalar: Scalar) -> States:
-    """The vehicle and the faults that one program of a rule answers for: those that round as it does."""
-    rounds = wrench_doubt(vehicle) > MET[scalar]
+def shared_states(vehicle: Vehicle, scalar: Scalar) -> States:
+    """The vehicle and the faults that one program can answer: those that round as the vehicle does."""
+    rounds = wrench_doubt(vehicle) > WRENCH_ERROR[scalar]
     return {
         fault: state
-        for fault, state in off.rescaled(vehicle, generalized_inverse).items()
-        if (wrench_doubt(state) > MET[scalar]) == rounds
+        for fault, state in failures.rescaled_states(vehicle, generalized_inverse).items()
+        if (wrench_doubt(state) > WRENCH_ERROR[scalar]) == rounds
     }
 
 
 def _missed(
     builder: Builder, share: FloatArray, G: FloatArray, x: dict[int, Expression], y: dict[int, Expression]
 ) -> list[Terms]:
-    """The rows of T f - tau in ``units``, which are ``share`` of a wrench.
+    """Rows of T f - tau over ``error_scale``, whose reciprocal is ``share``.
 
     T f - tau = T (f - T* tau) - (1 - T T*) tau, whose last part is rounding where no rank is lost.
     """
     vehicle = builder.vehicle
     moved = [(y[i] - x[i]).named(f"d{i}") for i in x]
     rows = shared_sums(product(share * vehicle.TP[:, list(x)], moved, "q").rows, "v")[1]
-    if vehicle.rank < vehicle.k or wrench_doubt(vehicle) > MET[builder.scalar]:
+    if vehicle.rank < vehicle.k or wrench_doubt(vehicle) > WRENCH_ERROR[builder.scalar]:
         lost = product(share * (vehicle.TP @ G - np.eye(vehicle.k)), builder.tau, "u").rows
         rows = [of_f + of_tau for of_f, of_tau in zip(rows, lost, strict=True)]
     return rows
 
 
-def _lost(builder: Builder, share: FloatArray, changed: off.Without | None) -> list[Terms]:
-    """Rows of T f - tau, in ``units``, that a fault loses."""
+def _lost(builder: Builder, share: FloatArray, changed: failures.FaultThrusts | None) -> list[Terms]:
+    """Rows of T f - tau over ``error_scale`` that a fault loses."""
     vehicle = builder.vehicle
     rows: list[Terms] = [[] for _ in vehicle.dof]
     if changed:
         by = share[:, 0] * (changed.a @ vehicle.TP.T)
         by[[state.rank == vehicle.rank for state in builder.faults.values()]] = 0.0
         for r in np.flatnonzero(by.any(axis=0)).tolist():
-            rows[r].append((True, builder.graph.by_fault(by[:, r]) * changed.off))
+            rows[r].append((True, builder.graph.by_fault(by[:, r]) * changed.failed))
     return rows

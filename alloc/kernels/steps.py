@@ -1,8 +1,8 @@
-"""``Region.nearest`` for one block, written out in thrusts: Seidel's steps without coordinates.
+"""``Region.nearest`` for one block as a program: Seidel's steps in thrusts instead of coordinates.
 
-A step holds a thruster at its limit. Of all points on that plane the nearest to the origin is where each
-other thrust has moved by a constant times what the held one did, so a thrust takes one product a held
-thruster, and only the thrusts that are still asked for are moved.
+A step puts a thruster at its limit. At the point of that plane nearest to the origin, each other thrust has
+moved by a constant times the move of that thruster. So each step costs one product a thrust, and only
+thrusts that are still needed are moved.
 """
 
 from math import copysign, isfinite
@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from alloc.allocation import FloatArray, Status
-from alloc.kernels.entry import all_of
+from alloc.kernels.entry import conjunction
 from alloc.nullspace.region import Region, Slab
 from alloc.program import Builder, Expression, Number, least, most, within
 from alloc.program.graph import lifted
@@ -20,14 +20,14 @@ from alloc.vehicle.degeneracy import ROUNDED
 
 
 class Strip(NamedTuple):
-    """One row a of A, low <= start + a'z <= high, with z in coordinates of the plane that steps are on.
+    """One row a of A, low <= start + a'z <= high, with z in coordinates of the current plane.
 
     Attributes
     ----------
-    key : under which the value of start + a'z stands that steps have come to
+    key : name of the current value of start + a'z
     normal : a
-    start : the value where z is zero; None where that is zero
-    low, high : its limits
+    start : the value at z = 0; None for zero
+    low, high : limits
     """
 
     key: str
@@ -43,7 +43,7 @@ class Strip(NamedTuple):
             (self.low, self.high) if self.start is None else (self.low - self.start, self.high - self.start)
         )
 
-    def moved(self, by: float, b: Expression) -> Expression:
+    def value_at(self, by: float, b: Expression) -> Expression:
         """The value where a'z is ``by`` times b."""
         if not by:
             return lifted(0.0, b.graph) if self.start is None else self.start
@@ -51,14 +51,14 @@ class Strip(NamedTuple):
 
 
 class Ratios:
-    """Ratios of one block: those that differ by rounding are made equal, and what is rounding zero."""
+    """Ratios of one block; those that differ by rounding become equal, and rounding becomes zero."""
 
     def __init__(self) -> None:
-        """None is known but one."""
+        """Begin with the ratio one."""
         self._known = [1.0]
 
     def __call__(self, value: float) -> float:
-        """The value, or one given before that differs from it by rounding only."""
+        """The value, or an earlier one that differs from it by rounding only."""
         size = abs(value)
         if size <= ROUNDED:
             return 0.0
@@ -66,13 +66,13 @@ class Ratios:
         self._known += [] if same else [size]
         return copysign(same[0] if same else size, value)
 
-    def of(self, row: Strip, held: Strip) -> float:
-        """By how much a row moves to the nearest point where that of ``held`` moved by one."""
+    def ratio(self, row: Strip, held: Strip) -> float:
+        """Move of a row at the nearest point per unit move of the row ``held``."""
         return self(float(row.normal @ held.normal) / float(held.normal @ held.normal))
 
 
 Values = dict[str, Expression]
-"""Results of steps, by the key of a strip."""
+"""Current values by the key of a strip."""
 
 
 def nearest(
@@ -84,33 +84,33 @@ def nearest(
     at: str,
     ratios: Ratios,
 ) -> None:
-    """Steps that set the values of ``kept``; INFEASIBLE is returned unless the tolerance is infinite.
+    """Set the values of ``kept`` at the region's nearest point; refuse unless the tolerance is infinite.
 
-    ``slabs`` are the region's as ``joined`` gives them, ``kept`` is what is asked for afterwards; a row may
-    be in both. The value of each is its start already. Names of this level end in ``at``.
+    ``slabs`` come from ``join_rows``; ``kept`` are the rows needed afterwards, which may be among them. Each
+    value is its start so far. Names of this level end in ``at``.
     """
     if region.d > 1:
         for i, slab in enumerate(region.slabs):
-            _held(builder, slab, slabs, kept, values, f"{at}{i}", ratios)
+            _hold_slab(builder, slab, slabs, kept, values, f"{at}{i}", ratios)
     elif slabs:
         (one,) = slabs
         w = lifted(most(one.low, least(one.high, 0.0)), builder.graph).named(f"w{at}")
         builder.compute(w)
         for row in kept:
-            values[row.key] = row.moved(ratios.of(row, one), w)
+            values[row.key] = row.value_at(ratios.ratio(row, one), w)
             builder.compute(values[row.key])
 
 
-def joined(builder: Builder, region: Region, rows: list[Strip], values: Values, at: str) -> list[Strip]:
-    """The region's slabs out of its rows; what can't be met is refused.
+def join_rows(builder: Builder, region: Region, rows: list[Strip], values: Values, at: str) -> list[Strip]:
+    """Join the region's parallel rows to slabs, and refuse limits that contradict each other.
 
-    Parallel rows, and the rows of a line, start at zero, in unit of the first of them.
+    Joined rows, and the rows of a line, start at zero, in units of the first.
     """
     refusing = isfinite(region.tolerance)
     if region.checks and refusing:
         ends = [[lifted(end, builder.graph) for end in rows[row].ends] for row in region.checks]
         held = [low <= region.tolerance for low, _ in ends] + [high >= -region.tolerance for _, high in ends]
-        builder.refuse(~all_of(held), Status.INFEASIBLE, unlikely=False)
+        builder.refuse(~conjunction(held), Status.INFEASIBLE, unlikely=False)
     slabs, not_empty = list[Strip](), list[Expression]()
     for i, slab in enumerate(region.slabs):
         (leader, _), *others = (row for alike in slab.members for row in alike.rows)
@@ -122,14 +122,14 @@ def joined(builder: Builder, region: Region, rows: list[Strip], values: Values, 
         values[common.key] = builder.graph.constant(0.0)
         slabs.append(common)
     if not_empty:
-        builder.refuse(~all_of(not_empty), Status.INFEASIBLE, unlikely=False)
+        builder.refuse(~conjunction(not_empty), Status.INFEASIBLE, unlikely=False)
     return slabs
 
 
 def _common(builder: Builder, slab: Slab, rows: list[Strip], at: str) -> tuple[Strip, list[Expression]]:
-    """A slab out of its rows, and the conditions that there is something between its limits.
+    """The slab of parallel rows, and the conditions that it is not empty.
 
-    Limits of shorter rows are moved between those of longer ones, which so have the last word.
+    Limits of shorter rows are moved between those of longer ones, which decide where they differ.
     """
     conditions, (lo, hi) = list[Expression](), (builder.graph.constant(0.0),) * 2
     for which, alike in enumerate(slab.members):
@@ -152,7 +152,7 @@ def _common(builder: Builder, slab: Slab, rows: list[Strip], at: str) -> tuple[S
     return Strip(f"v{at}", rows[leader].normal, None, lo, hi), conditions
 
 
-def _held(
+def _hold_slab(
     builder: Builder,
     slab: Slab,
     slabs: list[Strip],
@@ -161,7 +161,7 @@ def _held(
     at: str,
     ratios: Ratios,
 ) -> None:
-    """Steps that, where the slab is left, hold it at that limit and solve the earlier ones there."""
+    """Put a slab at the limit that is exceeded, and solve the earlier slabs there; else do nothing."""
     assert slab.plane is not None
     i = len(slab.shift)
     row, earlier, later = slabs[i], slabs[:i], slabs[i + 1 :]
@@ -177,7 +177,7 @@ def _held(
         for each in (*earlier, *(each for each in asked if each.key != row.key)):
             if each.key in moved:
                 continue
-            inner[each.key] = value = each.moved(ratios.of(each, row), b)
+            inner[each.key] = value = each.value_at(ratios.ratio(each, row), b)
             moved[each.key] = each
             if slab.plane.slabs:
                 value = value.named(f"u{at}_{len(moved) - 1}")
@@ -185,7 +185,7 @@ def _held(
                 moved[each.key] = each._replace(start=value, normal=along)
             builder.compute(value)
         inner[row.key] = bound
-        below = joined(builder, slab.plane, [moved[each.key] for each in earlier], inner, f"{at}_")
+        below = join_rows(builder, slab.plane, [moved[each.key] for each in earlier], inner, f"{at}_")
         asked_below = [moved[each.key] for each in asked if each.key != row.key]
         nearest(builder, slab.plane, below, asked_below, inner, f"{at}_", ratios)
         for key in dict.fromkeys(each.key for each in asked):

@@ -1,4 +1,4 @@
-"""C of loops over data: a text with a vehicle's numbers and sizes in the place of words."""
+"""Templates of C loops over data: words stand for a vehicle's numbers and sizes."""
 
 import re
 from collections.abc import Mapping
@@ -8,10 +8,10 @@ from alloc.program import Scalar
 from alloc.program.literal import number
 
 
-def unrolled(text: str, sizes: Mapping[str, int]) -> str:
-    """Write each line behind ``//each K`` so many times, with an index in the place of ``_``.
+def unroll(text: str, sizes: Mapping[str, int]) -> str:
+    """Repeat each line behind ``//each K`` for every index, which replaces ``_``.
 
-    Without a loop it takes half the instructions.
+    The unrolled line takes half the instructions of a loop.
     """
 
     def each(line: re.Match[str]) -> str:
@@ -20,8 +20,8 @@ def unrolled(text: str, sizes: Mapping[str, int]) -> str:
     return re.sub(rf"^( *)//each ({'|'.join(sizes)}) (.*\n)", each, text, flags=re.MULTILINE)
 
 
-def filled(text: str, words: Mapping[str, str]) -> str:
-    """The text with other words for these."""
+def fill_words(text: str, words: Mapping[str, str]) -> str:
+    """Replace whole words of a text."""
     return re.sub(rf"\b({'|'.join(words)})\b", lambda word: words[word[0]], text)
 
 

@@ -1,16 +1,16 @@
-"""Way towards a demand as part of a kernel: its start, and the steps along facets.
+"""Path towards a demand as part of a kernel: its start, and its steps up to facets of the attainable set.
 
-On the way only the wrench T f counts, so f may lie beyond limits: a step of the wrench is any d with T d
-that step, and the margin along a facet is a sum over thrusters of what lies between f and a limit.
+Only the wrench T f counts here, so f may exceed limits: any d with T d equal to a step of the wrench will
+do, and the margin to a facet is a weighted sum of the distances of f to its limits.
 """
 
 import numpy as np
 
 from alloc.allocation import BoolArray, FloatArray
-from alloc.kernels.entry import TAU, Place, SeenArguments, cover
-from alloc.kernels.facets import alike, facet_pairs, steps_along
+from alloc.kernels.entry import TAU, Place, SeenArguments, cover_arguments
+from alloc.kernels.facets import facet_pairs, group_alike, steps_along
+from alloc.kernels.failures import reachable
 from alloc.kernels.margins import FacetMargins, Ways
-from alloc.kernels.off import reachable
 from alloc.program import Builder, Expression, Limits, Number, Scalar, most, select, size, within
 from alloc.program.sums import Terms, dot, gathered, known, product, shared_sums, signed, snapped
 from alloc.reach import edge
@@ -20,8 +20,8 @@ from alloc.vehicle import Vehicle
 from alloc.vehicle.degeneracy import ROUNDED
 
 
-def departure(builder: Builder, limits: Limits) -> list[Number]:
-    """The thrusts f0 within limits (see ``alloc.reach.edge.start``)."""
+def start_thrusts(builder: Builder, limits: Limits) -> list[Number]:
+    """The first thrusts f0 within limits (``alloc.reach.edge.start``)."""
     vehicle = builder.vehicle
     if limits.by_fault:
         return [builder.graph.of_each(each) for each in start(*limits.by_fault).T]
@@ -35,12 +35,12 @@ def departure(builder: Builder, limits: Limits) -> list[Number]:
     return f
 
 
-def largest(vehicle: Vehicle, f0: list[Number]) -> float:
-    """Size of the largest of these thrusts, whatever the limits of a call are [N]."""
+def largest_thrust(vehicle: Vehicle, f0: list[Number]) -> float:
+    """Bound on the largest of these thrusts for any limits of the call [N]."""
     return max(vehicle.f_scale if isinstance(f, Expression) else abs(f) for f in f0)
 
 
-def remaining(builder: Builder, f0: list[Number]) -> list[Expression]:
+def remaining_demand(builder: Builder, f0: list[Number]) -> list[Expression]:
     """tau - T f0."""
     vehicle = builder.vehicle
     fixed = vehicle.TP @ [0.0 if isinstance(f, Expression) else f for f in f0]
@@ -57,29 +57,29 @@ def remaining(builder: Builder, f0: list[Number]) -> list[Expression]:
 
 PARALLEL: dict[Scalar, float] = {"double": edge.PARALLEL, "float": 5e-7}
 EDGE: dict[Scalar, float] = {"double": edge.EDGE, "float": 4e-6}
-"""Tolerances of a step, ``alloc.reach.edge``'s in double; in float PARALLEL is some eight roundings of it. A
-step that runs out of a facet by more is no longer met by thrusts within half of MET."""
+"""Tolerances of a step; in double those of ``alloc.reach.edge``, in float PARALLEL is some eight roundings. A
+step that leaves a facet by more breaks half of WRENCH_ERROR."""
 
 
 class Walk:
-    """The way of one kernel.
+    """The path of one kernel.
 
     Attributes
     ----------
     levels : how many levels there are
-    start : (n,) thrusts that it begins with
-    f : (n,) thrusts that make the wrench which is reached so far
-    proportional : whether all shares together are a factor of the way: no step depends on those before it
-    starts_at_rest : whether it begins without thrust, so that f is what G makes of the wrench
-    shares : of each level so far, what is delivered
-    seen : the sums of arguments that the steps hold, of all arguments in the end
-    reachable : the demand without what a fault leaves unreachable
+    start : (n,) first thrusts [N]
+    f : (n,) thrusts that make the wrench reached so far [N]
+    proportional : True if no step depends on an earlier one, so scaling all shares scales the wrench
+    starts_at_rest : True if the first thrusts are zero, so that f = G T f
+    shares : delivered fraction of each level so far [-]
+    seen : sums of the arguments read so far
+    reachable : the demand without its part that a fault makes unreachable
     """
 
     def __init__(self, builder: Builder, way: Way, G: FloatArray) -> None:
-        """Prepare the way; G is (n, k), T*. Raises NotApplicable where there are too many facets."""
+        """Prepare the path; G (n, k) is T*. Raises NotApplicable for too many facets."""
         vehicle = builder.vehicle
-        self._draft, self._G, self._keep = builder, G, way.keep
+        self._builder, self._G, self._keep = builder, G, way.keep
         self.reachable = reachable(builder)
         self._facets = facet_pairs(vehicle)
         self._margins = FacetMargins(builder, self._facets)
@@ -93,30 +93,30 @@ class Walk:
         self._entered: set[int] = set()
         self.levels, self.shares = len(self._maps), list[Expression]()
         self.seen = SeenArguments(self._cover(), builder)
-        self.start = departure(builder, builder.limits)
+        self.start = start_thrusts(builder, builder.limits)
         self.f = [*self.start]
         self.starts_at_rest = all(f == 0.0 for f in self.f)
-        self._remaining = [] if self._whole[0].all() else remaining(builder, self.f)
-        # With several levels f0 is multiplied by T and then by G.
+        self._remaining = [] if self._whole[0].all() else remaining_demand(builder, self.f)
+        # With several levels f0 is multiplied by T, then by G, which may enlarge it.
         through = (np.abs(G) @ np.abs(vehicle.TP)).sum(axis=1).max() if self.levels > 1 else 1.0
-        self._size = max(vehicle.f_scale, max(1.0, float(through)) * largest(vehicle, self.f))
+        self._size = max(vehicle.f_scale, max(1.0, float(through)) * largest_thrust(vehicle, self.f))
         self._unreached = self.reachable.size(builder, G)
 
     def arrived(self, rows: list[int]) -> int:
-        """The last level that moves one of these thrusters; the last of all where none does."""
+        """Last level that moves one of these thrusters; the last of all if none does."""
         levels = [level for level in range(self.levels) if snapped(self._matrix(level))[rows].any()]
         return levels[-1] if levels else self.levels - 1
 
     def take(self, level: int) -> None:
-        """Steps to the level's share, and f behind it."""
-        builder = self._draft
+        """Take a level's step: its share, and f after it."""
+        builder = self._builder
         steps, products, tiny = self._step(level)
         self.seen.know(level, steps)
         part, ways = self._stop(level, steps, products, tiny)
-        # What is reported is rounded and what is moved is not, so that no branch is needed in between.
+        # Only the reported share is rounded, so the thrusts need no branch.
         self.shares.append(select(part < 1.0 - EDGE[builder.scalar], part, 1.0).named(f"share{level}"))
         moves = {i: part * d for i, d in steps.items()}
-        self._margins.moved(moves, part, ways)
+        self._margins.advance(moves, part, ways)
         for i, move in moves.items():
             self.f[i] = (move if self.f[i] == 0.0 else self.f[i] + move).named(f"f{level + 1}_{i}")
         if self._remaining and level + 1 < self.levels:
@@ -129,21 +129,21 @@ class Walk:
             self._enter(sorted(set(builder.vehicle.working.tolist()) - self._entered), "left")
 
     def _cover(self) -> list[Place]:
-        """Few steps of thrusts, of any level, and entries of tau, in which every entry of tau appears."""
-        found, rest = list[Place](), np.ones(self._draft.vehicle.k, dtype=bool)
+        """A small set of places, over all levels, that depends on every entry of tau."""
+        found, rest = list[Place](), np.ones(self._builder.vehicle.k, dtype=bool)
         for level, D in enumerate(self._maps):
             into = self._G @ D if self.levels > 1 else self._G
-            found += [at for at in cover(into * rest, level) if at[0] != TAU]
+            found += [at for at in cover_arguments(into * rest, level) if at[0] != TAU]
             rest &= ~snapped(into).any(axis=0)
         return [*found, *((TAU, int(j)) for j in np.flatnonzero(rest))]
 
     def _matrix(self, level: int) -> FloatArray:
-        """(n, k) what makes the level's step of what ``_wanted`` has."""
+        """Matrix (n, k) from ``_wanted`` to the level's step of thrusts."""
         matrix: FloatArray = np.where(self._maps[level].any(axis=1) | self._whole[level], self._G, 0.0)
         return matrix
 
     def _wanted(self, level: int) -> dict[int, Expression]:
-        """Target of the level's axes, or their step D n where others go along; n is tau - T f."""
+        """Target of each axis of the level, or its step D (tau - T f) where other axes move with it."""
         D, tau = self._maps[level], self.reachable.tau
         return {
             r: tau[r]
@@ -154,12 +154,12 @@ class Walk:
         }
 
     def _step(self, level: int) -> tuple[dict[int, Expression], dict[int, Terms], list[Number]]:
-        """Thrusts d that make the level's step, the products that each adds up, and what is rounding of it.
+        """Thrusts d of the level's step, the products summed in each, and their rounding by part.
 
-        Where axes go all the way G makes what they are to reach, and d is that without f; for others G makes
-        the step itself. Of a d that takes f away no products are given.
+        Where axes go all the way, d = G target - f; elsewhere d = G step. A d that subtracts f has no
+        products.
         """
-        vehicle = self._draft.vehicle
+        vehicle = self._builder.vehicle
         away: list[Number] = [0.0] * vehicle.n
         for i in np.flatnonzero(self._pushes[self._whole[level]].any(axis=0)).tolist():
             away[i] = self.f[i]
@@ -180,10 +180,10 @@ class Walk:
         return steps, summed, self._tiny(level, snapped(matrix), products.largest, away)
 
     def _constant(self, number: float) -> Expression:
-        return self._draft.graph.constant(number)
+        return self._builder.graph.constant(number)
 
     def _tiny(self, level: int, G: FloatArray, most_of: list[Expression], away: list[Number]) -> list[Number]:
-        """Rounding of a step along facets, beside its products and the largest limit; by part."""
+        """Rounding of a step along facets, by part, from its products and the largest limit [N]."""
         found: list[Number] = [0.0] * len(self._facets.parts)
         for part in range(len(found)):
             pushing = self._facets.thrusters(part)
@@ -192,20 +192,20 @@ class Walk:
                 sizes = []  # a sum of one product is never tiny beside that product
             sizes.append(self._size)
             sizes += [self._unreached] if self._unreached else []
-            tiny = PARALLEL[self._draft.scalar] * most(*sizes)
+            tiny = PARALLEL[self._builder.scalar] * most(*sizes)
             found[part] = tiny.named(f"tiny{level}_{part}") if isinstance(tiny, Expression) else tiny
         return found
 
     def _stop(
         self, level: int, steps: dict[int, Expression], products: dict[int, Terms], tiny: list[Number]
     ) -> tuple[Expression, Ways]:
-        """Steps to the level's share, not rounded: the least that a facet's margin leaves of the step.
+        """The level's share, the least margin over the step's length along each normal; not rounded.
 
-        Gives the share, and how far the whole step goes along the facets' normals.
+        Also returns the step's lengths along the normals.
         """
-        builder, D, keep = self._draft, self._maps[level], self._keep[level]
-        met = self._facets.met(D)
-        # A facet that the step runs in leaves rounding only of thrusts that push along it.
+        builder, D, keep = self._builder, self._maps[level], self._keep[level]
+        met = self._facets.crossed_by(D)
+        # A step within a facet has only rounding along its normal.
         push = np.zeros_like(self._facets.push[met])
         push[:, list(steps)] = self._facets.push[np.ix_(met, list(steps))]
         terms = dict(zip(met, steps_along(push, steps, products, f"{level}_"), strict=True))
@@ -213,19 +213,19 @@ class Walk:
         load: Number = keep
         ways = Ways()
         G = np.where(D.any(axis=1), self._G, 0.0)
-        together = alike(met, push @ G if self.levels > 1 else np.eye(len(met)))
-        # With margins to be found, backwards: GCC then spills fewer registers of a Cortex-M7 to the stack.
+        together = group_alike(met, push @ G if self.levels > 1 else np.eye(len(met)))
+        # Backwards with limits of the call: GCC then spills fewer registers of a Cortex-M7.
         for group in together[:: -1 if builder.limits.at_call else 1]:
             m = group[0][0]
-            part = self._facets.part_of(m)
+            part = self._facets.part_index(m)
             self._turn_to(part)
-            # A sum that is subtracted as a whole is taken the other way round, and so are the margins.
+            # A sum whose every term is negative is computed negated, and its margins are swapped.
             back = all(minus for minus, _ in terms[m])
             along = signed([(minus != back, value) for minus, value in terms[m]], builder.graph)
             pairs = [(pair, turned != back) for pair, turned in group]
             ways.append((along.named(f"a{level}_{m}"), pairs))
             found = self._margins.load(along, pairs, tiny[part])
-            # One after the other: all at once would need more registers than a processor has.
+            # One at a time: all at once would need more registers than a processor has.
             load = most(found, load).named(f"load{level}_{m}")
             builder.compute(load)
         share = keep / (load if isinstance(load, Expression) else self._constant(load))
@@ -233,16 +233,16 @@ class Walk:
         return share, ways
 
     def _turn_to(self, part: int) -> None:
-        """Steps before the first facet of another part; with a fence no argument is read earlier."""
+        """Begin another part of the facets; a fence keeps its arguments from being read earlier."""
         if part == self._part:
             return
         self._leave()
-        if self._part is not None and self._draft.limits.at_call:
-            self._draft.fence()
+        if self._part is not None and self._builder.limits.at_call:
+            self._builder.fence()
         self._part = part
 
     def _leave(self) -> None:
-        """Steps behind the facets of a part: that their thrusters' arguments are seen."""
+        """End a part of the facets: sum its thrusters' arguments."""
         if self._part is not None:
             rows = self._facets.thrusters(self._part)
             self._enter([] if self._entered.issuperset(rows) else rows, f"{self._part}")
@@ -254,9 +254,9 @@ class Walk:
 
 
 def _whole(vehicle: Vehicle, way: Way) -> BoolArray:
-    """(levels, k) axes that a level moves together with all others that share their thrusters.
+    """Axes (levels, k) that a level moves together with all axes that share their thrusters.
 
-    These go all the way: d = G tau - f makes the same step as D (tau - T f).
+    For these d = G tau - f makes the same step as D (tau - T f).
     """
     if len(way.levels) == 1:
         return np.ones((1, vehicle.k), dtype=bool)

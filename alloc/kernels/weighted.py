@@ -1,4 +1,4 @@
-"""Weighted least squares within limits as a loop over data: an active set whose every product is a table."""
+"""Weighted least squares within limits as a loop over data: an active set with tabulated products."""
 
 from functools import lru_cache
 from importlib import resources
@@ -8,24 +8,24 @@ import numpy as np
 from alloc.allocation import FloatArray, Status
 from alloc.closed_forms.weighted import STEPS_PER_THRUSTER, aims, rounded
 from alloc.errors import NotApplicable
-from alloc.kernels.entry import TAU, SeenArguments, all_thrusters, inside, refuse
+from alloc.kernels.entry import TAU, SeenArguments, all_thrusters, clamp_thrusts, refuse
 from alloc.kernels.rules import makes_tau
-from alloc.kernels.template import filled, initialiser, unrolled
+from alloc.kernels.template import fill_words, initialiser, unroll
 from alloc.kernels.tolerance import DOUBLE, SINGLE
 from alloc.program import Builder, DataLoop, Program, Scalar, States, Where, select
 from alloc.program.literal import number
 from alloc.vehicle import Vehicle
 
 MOST_THRUSTERS = 8
-"""Most thrusters of a table: 1,024 rows, which are 28 kB of floats for six axes. Each more doubles that."""
+"""Most thrusters of a table: 1,024 rows, 28 kB of floats for six axes. Each further one doubles that."""
 UNIT: dict[Scalar, float] = {"double": 2 * DOUBLE, "float": 2 * SINGLE}
-"""Distance of two numbers next to each other, relative to these [-]."""
+"""Distance of neighbouring numbers over these [-]."""
 
 
 def weighted(vehicle: Vehicle, limits: Where, scalar: Scalar, faults: States | None = None) -> Program:
-    """The soft optimum; raises NotApplicable for too many thrusters, or where H is not diagonal.
+    """Program of the soft optimum; raises NotApplicable for too many thrusters or a full H.
 
-    A thruster that is off is never free, so that one table is for all ``faults``.
+    A failed thruster is never free, so one table serves all ``faults``.
     """
     if vehicle.n > MOST_THRUSTERS:
         raise NotApplicable(
@@ -49,20 +49,20 @@ def weighted(vehicle: Vehicle, limits: Where, scalar: Scalar, faults: States | N
     )
     *g, unsolved = builder.loop(loop, builder.tau, low, high, [0.0] * (n + 1))
     builder.refuse(unsolved > 0.0, Status.NOT_CONVERGED)
-    y = inside(builder, {i: g[i] for i in working}, builder.limits)
+    y = clamp_thrusts(builder, {i: g[i] for i in working}, builder.limits)
     met = makes_tau(builder, y)
     builder.compute(met)
     return builder.program(all_thrusters(builder, y), select(met, Status.SOLVED, Status.PARTIAL))
 
 
 def doubt(vehicle: Vehicle, scalar: Scalar) -> float:
-    """Share of a thrust that rounding may take [-]."""
+    """Relative rounding of a thrust [-]."""
     return rounded(vehicle, _rows(vehicle), UNIT[scalar])
 
 
 @lru_cache(maxsize=16)
 def _rows(vehicle: Vehicle) -> FloatArray:
-    """Rows (n, sets without the thruster, k) of all thrusters."""
+    """Rows (n, sets without the thruster, k) of the table, by thruster."""
     n = vehicle.n
     rows = aims(vehicle, np.arange(1 << n))
     without = [[free for free in range(1 << n) if not free >> i & 1] for i in range(n)]
@@ -70,7 +70,7 @@ def _rows(vehicle: Vehicle) -> FloatArray:
 
 
 def _text(vehicle: Vehicle, scalar: Scalar) -> str:
-    """The C of the loop with this vehicle's numbers in it."""
+    """C text of the loop with this vehicle's numbers."""
     text = (resources.files("alloc.kernels") / "weighted.c").read_text(encoding="utf-8")
     rows = _rows(vehicle)
     own = np.einsum("isk,ki->is", rows, vehicle.TP)
@@ -90,4 +90,4 @@ def _text(vehicle: Vehicle, scalar: Scalar) -> str:
         "COLUMNS_OF_T": initialiser(vehicle.TP.T, scalar),
         "AIMS": initialiser(table, scalar),
     }
-    return filled(unrolled(text, {"K": vehicle.k, "N": vehicle.n}), words)
+    return fill_words(unroll(text, {"K": vehicle.k, "N": vehicle.n}), words)

@@ -11,7 +11,7 @@ from alloc.closed_forms.saturating import Bounds, Saturating
 from alloc.errors import NotApplicable
 from alloc.formulations.ardusub import FORMULATION as ANSWERED
 from alloc.kernels import rules
-from alloc.kernels.entry import TAU, SeenArguments, all_thrusters, inside, refuse
+from alloc.kernels.entry import TAU, SeenArguments, all_thrusters, clamp_thrusts, refuse
 from alloc.program import Builder, Expression, Program, Scalar, Where, least, most, select, size, within
 from alloc.program.sums import product, shared_sums, signed
 from alloc.vehicle import Vehicle
@@ -153,7 +153,7 @@ def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     x = {i: _sided(u[i], ahead[i], -astern[i]).named(f"x{i}") for i in vehicle.working.tolist()}
     if builder.limits.at_call:
         x = {i: within(value, astern[i], ahead[i]) for i, value in x.items()}
-    f = inside(builder, x, builder.limits)
+    f = clamp_thrusts(builder, x, builder.limits)
     met = rules.makes_tau(builder, f)
     builder.compute(met)
     return builder.program(all_thrusters(builder, f), select(met, Status.SOLVED, Status.PARTIAL))

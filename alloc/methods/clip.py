@@ -26,13 +26,13 @@ def _leave_many(taus: FloatArray, F: FloatArray, low: FloatArray, high: FloatArr
 
 def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     """The same for a demand within any limits."""
-    return rules.mended(_kept, vehicle, limits, scalar)
+    return rules.apply_rule(_kept, vehicle, limits, scalar)
 
 
 def program_for_all(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     """One program for the vehicle and many faults."""
-    return rules.mended(_kept, vehicle, limits, scalar, rules.together(vehicle, scalar))
+    return rules.apply_rule(_kept, vehicle, limits, scalar, rules.shared_states(vehicle, scalar))
 
 
-def _kept(builder: Builder, x: dict[int, Expression]) -> rules.Ruled:
-    return rules.Ruled(x)
+def _kept(builder: Builder, x: dict[int, Expression]) -> rules.RuleAnswer:
+    return rules.RuleAnswer(x)

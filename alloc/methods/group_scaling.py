@@ -8,8 +8,16 @@ from alloc.closed_forms.load import LEAST, load, loads
 from alloc.closed_forms.saturating import Bounds, Saturating
 from alloc.formulations.group_scaling import FORMULATION as ANSWERED
 from alloc.kernels import rules
-from alloc.kernels.entry import TAU, SeenArguments, all_thrusters, closed_form, cover, inside, refuse
-from alloc.kernels.fitted import fitted
+from alloc.kernels.entry import (
+    TAU,
+    SeenArguments,
+    all_thrusters,
+    clamp_thrusts,
+    closed_form,
+    cover_arguments,
+    refuse,
+)
+from alloc.kernels.fit import fit_to_limits
 from alloc.program import Builder, Program, Scalar, Where, select
 from alloc.program.sums import Terms, signed
 from alloc.vehicle import Vehicle
@@ -67,7 +75,9 @@ def groups(vehicle: Vehicle) -> list[FloatArray]:
 def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     """The same for a demand within any limits."""
     builder, parts = Builder(vehicle, limits, scalar), groups(vehicle)
-    reached = {place for level, B in enumerate(parts) for place in cover(B, level) if place[0] != TAU}
+    reached = {
+        place for level, B in enumerate(parts) for place in cover_arguments(B, level) if place[0] != TAU
+    }
     unused = [(TAU, int(j)) for j in np.flatnonzero(~np.any(parts, axis=(0, 1)))]
     seen = SeenArguments([*sorted(reached), *unused], builder)
     alone = []
@@ -79,9 +89,9 @@ def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     refuse(builder, seen, [], exact=False)
     terms: dict[int, Terms] = {i: [] for i in vehicle.working.tolist()}
     for level, x in enumerate(alone):
-        for i, value in fitted(builder, x, f"share{level}").thrusts.items():
+        for i, value in fit_to_limits(builder, x, f"share{level}").thrusts.items():
             terms[i].append((False, value))
-    f = inside(builder, {i: signed(row, builder.graph) for i, row in terms.items()}, builder.limits)
+    f = clamp_thrusts(builder, {i: signed(row, builder.graph) for i, row in terms.items()}, builder.limits)
     met = rules.makes_tau(builder, f)
     builder.compute(met)
     return builder.program(all_thrusters(builder, f), select(met, Status.SOLVED, Status.PARTIAL))

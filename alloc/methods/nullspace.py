@@ -1,7 +1,7 @@
 """Exact optimum of eq. 4-5: f = G tau + N z with the shortest z that respects the limits."""
 
 from alloc.kernels import exact as kernels
-from alloc.kernels.off import together
+from alloc.kernels.failures import shared_states
 from alloc.nullspace.allocator import Nullspace, exact
 from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
@@ -27,4 +27,4 @@ def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
 
 def program_for_all(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     """One program for the vehicle and many faults."""
-    return kernels.exact(vehicle, limits, scalar, together(vehicle))
+    return kernels.exact(vehicle, limits, scalar, shared_states(vehicle))

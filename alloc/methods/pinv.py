@@ -3,7 +3,7 @@
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.closed_forms.linear import Linear
 from alloc.kernels import linear
-from alloc.kernels.off import rescaled
+from alloc.kernels.failures import rescaled_states
 from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
 
@@ -23,4 +23,6 @@ def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
 
 def program_for_all(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     """One program for the vehicle and many faults."""
-    return linear.linear(vehicle, generalized_inverse, limits, scalar, rescaled(vehicle, generalized_inverse))
+    return linear.linear(
+        vehicle, generalized_inverse, limits, scalar, rescaled_states(vehicle, generalized_inverse)
+    )

@@ -116,7 +116,7 @@ def build(vehicle: Vehicle) -> Saturating:
 def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     """The same with factors made in the call; raises NotApplicable where that loses too many digits."""
     _check_digits(vehicle, scalar)
-    return rules.mended(partial(cascade.frozen, SPARE[scalar]), vehicle, limits, scalar)
+    return rules.apply_rule(partial(cascade.freeze_thrusts, SPARE[scalar]), vehicle, limits, scalar)
 
 
 def program_for_all(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
@@ -124,10 +124,10 @@ def program_for_all(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     _check_digits(vehicle, scalar)
     known = {
         fault: state
-        for fault, state in rules.together(vehicle, scalar).items()
+        for fault, state in rules.shared_states(vehicle, scalar).items()
         if doubt(state, scalar) <= cascade.DOUBT[scalar]
     }
-    return rules.mended(partial(cascade.frozen, SPARE[scalar]), vehicle, limits, scalar, known)
+    return rules.apply_rule(partial(cascade.freeze_thrusts, SPARE[scalar]), vehicle, limits, scalar, known)
 
 
 def _check_digits(vehicle: Vehicle, scalar: Scalar) -> None:

@@ -4,7 +4,7 @@ from alloc.allocation import FloatArray
 from alloc.closed_forms.load import LEAST, load, loads
 from alloc.closed_forms.saturating import Bounds, Saturating
 from alloc.kernels import rules
-from alloc.kernels.fitted import fitted
+from alloc.kernels.fit import fit_to_limits
 from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
 
@@ -36,9 +36,9 @@ def build(vehicle: Vehicle) -> Saturating:
 
 def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     """The same for a demand within any limits."""
-    return rules.mended(fitted, vehicle, limits, scalar)
+    return rules.apply_rule(fit_to_limits, vehicle, limits, scalar)
 
 
 def program_for_all(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     """One program for the vehicle and many faults."""
-    return rules.mended(fitted, vehicle, limits, scalar, rules.together(vehicle, scalar))
+    return rules.apply_rule(fit_to_limits, vehicle, limits, scalar, rules.shared_states(vehicle, scalar))

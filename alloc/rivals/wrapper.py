@@ -15,7 +15,7 @@ from alloc.c.target import function_name
 from alloc.c.text import digits
 from alloc.errors import NotApplicable, NotInstalled
 from alloc.formulations.hard import FORMULATION as HARD
-from alloc.kernels.tolerance import MET_BY_SOLVERS, TOLERANCE
+from alloc.kernels.tolerance import SOLVER_ERROR, TOLERANCE
 from alloc.live.allocator import PARTIAL_TOLERANCE, UNREACHABLE
 from alloc.program import Scalar, Where
 from alloc.program.literal import number
@@ -107,7 +107,7 @@ def _tables(vehicle: Vehicle, posed: Posed, entry: str, scalar: Scalar, limits: 
     p, m = posed.qp.A.shape
     sizes = {"K": vehicle.k, "N": vehicle.n, "M": m, "P": p, "LOST": len(posed.unreachable)}
     sizes |= {"AT_CALL": int(limits == "call"), "CHECKED": int(checked)}
-    doubts = {"MET": MET_BY_SOLVERS[scalar], "PART": PARTIAL_TOLERANCE, "DOUBT": DOUBT[scalar]}
+    doubts = {"MET": SOLVER_ERROR[scalar], "PART": PARTIAL_TOLERANCE, "DOUBT": DOUBT[scalar]}
     doubts |= {"UNREACHABLE": max(UNREACHABLE, TOLERANCE[scalar])}
     lines = [f"#define ENTRY {entry}", *(f"#define {name} {value}" for name, value in sizes.items())]
     lines += [f"#define {name} {number(value, scalar)}" for name, value in doubts.items()]

@@ -233,7 +233,7 @@ def escs(
     )
 
 
-def limits_of(made: Sequence[Esc]) -> tuple[FloatArray, FloatArray]:
+def curve_limits(made: Sequence[Esc]) -> tuple[FloatArray, FloatArray]:
     """f_min and f_max (n,) at the ends of the curves at their nominal voltages [N]; raises VehicleError."""
     spans = []
     for esc in made:

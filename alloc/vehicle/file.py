@@ -16,7 +16,7 @@ from alloc.vehicle import Vehicle
 from alloc.vehicle.autopilot import make_autopilot, mixer_frame
 from alloc.vehicle.checks import SINGULAR
 from alloc.vehicle.current_file import read_cap, with_currents
-from alloc.vehicle.esc_file import LARGEST_COMMAND, escs, limits_of, voltage_table, with_curve_read
+from alloc.vehicle.esc_file import LARGEST_COMMAND, curve_limits, escs, voltage_table, with_curve_read
 from alloc.vehicle.geometry import DOF, contradictions, planar_matrix, pose_matrix, possible, refusals
 from alloc.vehicle.keys import EscKeys, InertiaKeys, Numbers, Planar, Rates, SurveyKeys, VehicleFile
 from alloc.vehicle.limits import Slew, VoltageTable
@@ -123,7 +123,7 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
     f_min, f_max = (_said(keys, key, n) for key in ("f_min", "f_max"))
     made = () if keys.esc is None else with_currents(escs(keys.esc, n, names, f_min, f_max), keys.esc)
     if f_min is None or f_max is None:
-        low, high = limits_of(made)
+        low, high = curve_limits(made)
         f_min, f_max = low if f_min is None else f_min, high if f_max is None else f_max
     by_volts = voltage_table(made) if keys.volts is None and made else None
     whole = _of_poses(keys)

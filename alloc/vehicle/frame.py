@@ -51,7 +51,7 @@ def described(frame: str) -> str:
     return f"{frame}: {AXES[frame]}"
 
 
-def axis_of(axis: str, frame: str) -> str:
+def axis_line(axis: str, frame: str) -> str:
     """The line along or about which a degree of freedom lies, as ``z down``."""
     return next(words for words in AXES[frame].split(", ") if words.startswith(_LINES[axis]))
 

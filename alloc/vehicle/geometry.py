@@ -186,7 +186,9 @@ def refusals(
     moment = along_thrust(T, dof).moment
     sentences = {}
     for i in np.flatnonzero(~sound).tolist():
-        numbers = ", ".join(f"{axis} {shown(T, dof, row, i)}" for row, axis in enumerate(dof) if T[row, i])
+        numbers = ", ".join(
+            f"{axis} {entry_text(T, dof, row, i)}" for row, axis in enumerate(dof) if T[row, i]
+        )
         product = moment[i] * (T[_forces(dof), i] ** 2).sum()
         sentences[i] = (
             f"{names[i]} ({numbers}): force · moment = {product:.3g} m, expected 0;"
@@ -202,7 +204,7 @@ def decimals(values: FloatArray) -> int:
     return max(len(text.partition(".")[2]) for text in texts)
 
 
-def shown(T: FloatArray, dof: Sequence[str], row: int, column: int) -> str:
+def entry_text(T: FloatArray, dof: Sequence[str], row: int, column: int) -> str:
     """An entry of T with the decimals that its file has."""
     digits = decimals(T[_rows_like(dof, row)])
     value = T[row, column] + 0.0
@@ -240,7 +242,7 @@ def _twins(a: FloatArray, b: FloatArray, T: FloatArray) -> bool:
 
 
 def _negated(T: FloatArray, dof: Sequence[str], row: int, column: int) -> str:
-    text = shown(T, dof, row, column)
+    text = entry_text(T, dof, row, column)
     return text[1:] if text.startswith("-") else f"-{text}"
 
 

@@ -10,7 +10,7 @@ from alloc import Label, Status, build
 from alloc.allocation import BoolArray, FloatArray, IndexArray, StatusArray
 from alloc.c.selftest import AGREEMENT, ROUNDING, TRIES, largest_differences
 from alloc.formulations import find_formulation
-from alloc.kernels.tolerance import MET, TOLERANCE
+from alloc.kernels.tolerance import TOLERANCE, WRENCH_ERROR
 from alloc.methods import recipe
 from alloc.rivals import load
 from bench.chips.count import CallCounts
@@ -101,7 +101,7 @@ def agreement(kernel: Kernel, demands: DemandSet, counted: CallCounts) -> Agreem
         counted.F[said],
         twin.formulation,
         tolerance=AGREEMENT[kernel.scalar] / vehicle.n,  # demands are rounded to the scalar, T f is not
-        wrench_tolerance=MET[kernel.scalar],
+        wrench_tolerance=WRENCH_ERROR[kernel.scalar],
     )
     differing = (
         ("makes other thrusts than Python", np.flatnonzero(both)[~near]),
@@ -127,7 +127,7 @@ def _as_good(kernel: Kernel, demands: DemandSet, made: FloatArray, F: FloatArray
     no more, but for MET, and are asked only where F misses some of the wrench: beyond the edge of what can be
     met two right answers to a nearly symmetric vehicle differ by more than rounding explains.
     """
-    vehicle, met = demands.vehicle, MET[kernel.scalar]
+    vehicle, met = demands.vehicle, WRENCH_ERROR[kernel.scalar]
     low, high = demands.limits
     inside = (np.maximum(made - high, low - made) <= TOLERANCE[kernel.scalar] * vehicle.f_scale).all(axis=1)
     missed, least = (
@@ -152,7 +152,9 @@ def _either(
     vehicle, definition = demands.vehicle, find_formulation(formulation)
     missed = np.abs((counted.F @ vehicle.TP.T - demands.taus) / vehicle.wrench_scale).max(axis=1)
     true: BoolArray = (
-        (counted.status == Status.SOLVED) & (status == Status.PARTIAL) & (missed <= MET[kernel.scalar])
+        (counted.status == Status.SOLVED)
+        & (status == Status.PARTIAL)
+        & (missed <= WRENCH_ERROR[kernel.scalar])
     )
     if not definition.references:
         return true

@@ -79,7 +79,7 @@ def _outputs(
     from alloc import load_vehicle
     from alloc.errors import DemandError, VehicleError
     from alloc.files.textfile import write_text
-    from bench.demands.log_summary import columns_of, made_by, outputs_text
+    from bench.demands.log_summary import extra_columns, made_by, outputs_text
     from bench.inputs.demand_csv import format_demands, scale_factors
     from bench.inputs.outputs import read_outputs
     from bench.judging.current import current_lines
@@ -101,7 +101,7 @@ def _outputs(
         echo(readiness)
     held = ""
     if output is not None:
-        columns, held = columns_of(outputs.volts, vehicle)
+        columns, held = extra_columns(outputs.volts, vehicle)
         write_text(output, format_demands(outputs.t, made.taus, vehicle.dof, columns, frame=vehicle.frame))
     echo(outputs.said, err=True)
     if held:

@@ -1,7 +1,7 @@
 """Named, seeded, labelled demand sets. Each file in ``sets`` is one set, named after the file.
 
 Such a file has ``demands(vehicle, rng, n) -> taus (N, k)``, or where every demand comes with limits of its
-own ``limited_demands(vehicle, rng, n) -> Within``; and where they apply:
+own ``limited_demands(vehicle, rng, n) -> CallDemands``; and where they apply:
 
 RATE_HZ : the sampling rate of a sequence in time
 COUNT : how many demands the set has by default; where it is a sequence, also the most it can have
@@ -40,7 +40,7 @@ ATTAINED = 1 - 1e-9
 """alpha* from which a demand counts as one that can be met: 1 but for rounding. The labels' band is wider."""
 
 
-class Within(NamedTuple):
+class CallDemands(NamedTuple):
     """Demands with the limits of the call that each is made in.
 
     Attributes
@@ -333,9 +333,9 @@ def _stable(text: str) -> int:
 __all__ = [
     "ATTAINED",
     "COUNT",
+    "CallDemands",
     "DemandSet",
     "Supply",
-    "Within",
     "build_demands",
     "labelled",
     "list_demands",

@@ -292,7 +292,7 @@ def inside(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
     return taus
 
 
-def vehicle_of(number: int) -> tuple[Vehicle, np.random.Generator]:
+def generate_vehicle(number: int) -> tuple[Vehicle, np.random.Generator]:
     """A numbered odd vehicle, some with a thruster off, and what its demands are drawn from."""
     rng = np.random.default_rng([2004, number])
     vehicle = odd_vehicle(rng)

@@ -199,7 +199,7 @@ def made_by(outputs: Outputs, vehicle: Vehicle, scale: tuple[float, ...] = ()) -
     return Delivered(f, taus, at_end.mean(axis=0), dead.mean(axis=0), outside, undone)
 
 
-def columns_of(volts: FloatArray | None, vehicle: Vehicle) -> tuple[dict[str, FloatArray], str]:
+def extra_columns(volts: FloatArray | None, vehicle: Vehicle) -> tuple[dict[str, FloatArray], str]:
     """The columns beside made wrenches that a log of demands for the vehicle has, and what is to be said.
 
     Voltages (N,) beyond the vehicle's table become its nearest, whose curve was taken: limits stop there too.

@@ -27,7 +27,7 @@ KNOWN = ("units", "poses", "inertia")
 """Arrays of a vehicle that may be missing."""
 
 
-def arrays_of(vehicle: Vehicle, *, currents: bool = True) -> dict[str, NDArray[Any]]:
+def pack_vehicle(vehicle: Vehicle, *, currents: bool = True) -> dict[str, NDArray[Any]]:
     """The arrays that a vehicle is made of, without its currents and its cap where nobody needs them."""
     names = np.array([vehicle.name, vehicle.source, vehicle.whole, vehicle.frame])
     arrays = {"vehicle": names, "dof": np.array(vehicle.dof), "thrusters": np.array(vehicle.names, dtype=str)}
@@ -58,8 +58,8 @@ def arrays_of(vehicle: Vehicle, *, currents: bool = True) -> dict[str, NDArray[A
     return arrays
 
 
-def vehicle_of(arrays: Mapping[str, NDArray[Any]]) -> Vehicle:
-    """The vehicle made of what ``arrays_of`` returned."""
+def unpack_vehicle(arrays: Mapping[str, NDArray[Any]]) -> Vehicle:
+    """The vehicle made of what ``pack_vehicle`` returned."""
     name, source, whole, *frame = map(str, arrays["vehicle"])
     numbers: dict[str, Any] = {key: arrays[key] for key in ARRAYS}
     if "survey" in arrays:  # logs of boards before it have none
@@ -159,18 +159,18 @@ class Case(NamedTuple):
 
 def save_case(path: Path, case: Case) -> None:
     """Write a case."""
-    save(path, taus=case.taus, **arrays_of(case.vehicle), **_limits(case.f_min, case.f_max))
+    save(path, taus=case.taus, **pack_vehicle(case.vehicle), **_limits(case.f_min, case.f_max))
 
 
 def load_case(path: Path) -> Case:
     """Read what ``save_case`` wrote."""
     with np.load(path) as arrays:
-        return Case(vehicle_of(arrays), arrays["taus"], arrays.get("row f_min"), arrays.get("row f_max"))
+        return Case(unpack_vehicle(arrays), arrays["taus"], arrays.get("row f_min"), arrays.get("row f_max"))
 
 
-def arrays_of_demands(demands: DemandSet) -> dict[str, NDArray[Any]]:
+def pack_demands(demands: DemandSet) -> dict[str, NDArray[Any]]:
     """The arrays of a demand set and its vehicle, without ``left_out``, which only the parent needs."""
-    return arrays_of(demands.vehicle) | {
+    return pack_vehicle(demands.vehicle) | {
         "demands": np.array(demands.name),
         "taus": demands.taus,
         "labels": demands.labels,
@@ -184,13 +184,13 @@ def arrays_of_demands(demands: DemandSet) -> dict[str, NDArray[Any]]:
     }
 
 
-def demands_of(arrays: Mapping[str, NDArray[Any]]) -> DemandSet:
-    """The demand set made of what ``arrays_of_demands`` returned, with ``left_out`` 0."""
+def unpack_demands(arrays: Mapping[str, NDArray[Any]]) -> DemandSet:
+    """The demand set made of what ``pack_demands`` returned, with ``left_out`` 0."""
     rate_hz = float(arrays["rate_hz"])
     part = arrays["part"].tolist() if "part" in arrays else []  # logs of boards before it have none
     return DemandSet(
         name=str(arrays["demands"]),
-        vehicle=vehicle_of(arrays),
+        vehicle=unpack_vehicle(arrays),
         taus=arrays["taus"],
         labels=arrays["labels"],
         alpha=arrays["alpha"],

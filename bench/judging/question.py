@@ -26,7 +26,7 @@ from alloc.formulations import (
 from alloc.formulations.hard import FORMULATION as HARD
 from alloc.formulations.unlimited import FORMULATION as UNLIMITED
 from bench.demands import DemandSet
-from bench.demands.store import Case, arrays_of_demands, demands_of, save, vehicle_of
+from bench.demands.store import Case, pack_demands, save, unpack_demands, unpack_vehicle
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class Question:
     def save(self, path: Path) -> None:
         """Write demands and right answers into one .npz file."""
         right = {f"right {name}": F for name, F in self.right.items()}
-        save(path, **arrays_of_demands(self.demands), **right)
+        save(path, **pack_demands(self.demands), **right)
 
     @property
     def timed(self) -> "Question":
@@ -72,12 +72,12 @@ class Question:
         """Read what ``save`` wrote, and its vehicle once more, of arrays of its own."""
         with np.load(path) as stored:
             arrays = dict(stored)
-        return cls._of(arrays), vehicle_of({name: array.copy() for name, array in arrays.items()})
+        return cls._of(arrays), unpack_vehicle({name: array.copy() for name, array in arrays.items()})
 
     @classmethod
     def _of(cls, arrays: Mapping[str, NDArray[Any]]) -> "Question":
         right = {name[6:]: arrays[name] for name in arrays if name.startswith("right ")}
-        return cls(demands_of(arrays), right, {})
+        return cls(unpack_demands(arrays), right, {})
 
 
 class Answers(NamedTuple):

@@ -152,7 +152,7 @@ def compile_study(document: StudyDocument) -> tuple[LayoutSpace, Vehicle]:
         volume=float(volumes(whole, spaces(whole)[1]).whole[0]),
         frame=vehicle.frame,
         left_out=base.left_out,
-        said=_said(demands),
+        said=_demand_lines(demands),
         rate_hz=demands.rate_hz,
     )
     return space, vehicle
@@ -196,7 +196,7 @@ def _log_options(document: StudyDocument) -> LogOptions:
     return LogOptions(frame=asked.frame or "", columns=columns, scale=scale)
 
 
-def _said(demands: DemandSet) -> tuple[str, ...]:
+def _demand_lines(demands: DemandSet) -> tuple[str, ...]:
     """Remarks on a log; layouts have no limits of single demands, since those are the base's."""
     lines = [_as_keys(line) for line in demands.said]
     if demands.f_min is not None or (demands.given and demands.vehicle.by_volts is not None):

@@ -16,7 +16,7 @@ from alloc.c.selftest import AGREEMENT
 from alloc.errors import NotInstalled
 from alloc.formulations import Formulation, find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
-from alloc.kernels.tolerance import DOUBLE, MET, SINGLE
+from alloc.kernels.tolerance import DOUBLE, SINGLE, WRENCH_ERROR
 from alloc.methods import recipe
 from alloc.program import Scalar
 from alloc.reach.edge import start
@@ -25,7 +25,7 @@ from bench.demands import build_demands, labelled
 from bench.demands.corners import attainable
 from bench.judging.judge import largest_gap
 from bench.judging.question import Question
-from bench.proof.proof import Claim, not_shown
+from bench.proof.proof import Claim, unproved
 from bench.proof.source import ANSWERED, Subject
 
 DEMANDS, SEED = 2_000, 2004
@@ -113,7 +113,7 @@ def answer_claims(of: Subject, demands: int = DEMANDS) -> list[Claim]:
             for fault in (-1, *known_faults(of.vehicle, of.faults).tolist())
         }
     except NotInstalled as lacking:
-        return [not_shown(MADE, [str(lacking)])]
+        return [unproved(MADE, [str(lacking)])]
     formulation = find_formulation(recipe(of.kernel).formulation)
     optimal = formulation.optimal_for(of.vehicle)
     which = ATTAINABLE if optimal else UNSTOPPED if formulation.way else INSIDE
@@ -157,7 +157,7 @@ def _claim(
     if not count and not words:
         words = ["no answer that it speaks of was seen"]
     if words:
-        return not_shown(sentence, words)
+        return unproved(sentence, words)
     return Claim(claim=sentence, verdict="tested", by=BY, words=[f"{count:,} answers"])
 
 
@@ -209,7 +209,7 @@ def _makes(answers: FaultAnswers, wrenches: FloatArray, of: Subject) -> BoolArra
     # A kernel holds T f - tau against MET in its own scalar: each of its sums may be off by this much.
     terms = np.abs(answers.F) @ np.abs(vehicle.TP.T) + np.abs(answers.question.demands.taus)
     rounding = (vehicle.n + 2) * UNIT[of.scalar] * terms
-    makes: BoolArray = np.all(miss <= MET[of.scalar] * vehicle.wrench_scale + rounding, axis=1)
+    makes: BoolArray = np.all(miss <= WRENCH_ERROR[of.scalar] * vehicle.wrench_scale + rounding, axis=1)
     return makes
 
 
@@ -314,7 +314,7 @@ def _reach(
         off = np.ones((vehicle.k, 1))
         rows = np.vstack([np.hstack([T, -off]), np.hstack([-T, -off])])
         nearest = linprog(-aim, A_ub=rows, b_ub=np.append(begin, -begin), bounds=[*within, (0.0, None)])
-        if nearest.x is None or nearest.x[-1] > MET["float"]:
+        if nearest.x is None or nearest.x[-1] > WRENCH_ERROR["float"]:
             return 0.0
         begin = T @ nearest.x[:-1]
         optimum = linprog(aim, A_eq=np.hstack([T, -moved]), b_eq=begin, bounds=[*within, (0.0, None)])

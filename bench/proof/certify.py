@@ -15,7 +15,7 @@ from bench.harness import machine
 from bench.proof import tools
 from bench.proof.answers import DEMANDS, answer_claims
 from bench.proof.equation import equation_claims
-from bench.proof.proof import ASSUMPTIONS, Broken, Proof, not_shown
+from bench.proof.proof import ASSUMPTIONS, Broken, Proof, unproved
 from bench.proof.safety import claims as safety
 from bench.proof.safety import esc
 from bench.proof.source import Subject
@@ -65,7 +65,7 @@ def prove(
     paths, refuted, lacking = worst_paths(of, before)
     beside = esc.files(of)
     if rules is None:
-        lacking.append(not_shown("MISRA C:2012", ["needs cppcheck: " + tools.remedy(["cppcheck"])]))
+        lacking.append(unproved("MISRA C:2012", ["needs cppcheck: " + tools.remedy(["cppcheck"])]))
     return Proof(
         vehicle=of.vehicle.name,
         method=of.kernel,

@@ -14,7 +14,7 @@ import numpy as np
 from alloc import NotApplicable, Status, Vehicle
 from alloc.allocation import FloatArray
 from alloc.formulations import find_formulation
-from alloc.kernels.tolerance import MET
+from alloc.kernels.tolerance import WRENCH_ERROR
 from alloc.kernels.walk import EDGE
 from alloc.methods import recipe
 from alloc.program import Node, Program
@@ -23,7 +23,7 @@ from alloc.reach.way import step_maps
 from bench.chips.toolchain import ToolError
 from bench.proof.comparisons import Comparisons, Fact
 from bench.proof.forms import ONE, UNIT, Form, Product, atom, number, total
-from bench.proof.proof import Claim, Miss, not_shown
+from bench.proof.proof import Claim, Miss, unproved
 from bench.proof.source import ANSWERED, NotRead, Subject
 from bench.proof.symbolic import programs
 
@@ -77,7 +77,7 @@ def equation_claims(of: Subject) -> tuple[list[Claim], list[Miss]]:
     try:
         return program_claims(programs(of), of)
     except (NotRead, ToolError) as error:
-        return [not_shown(EQUATION, [str(error)])], []
+        return [unproved(EQUATION, [str(error)])], []
 
 
 def program_claims(found: Mapping[int, Program], of: Subject) -> tuple[list[Claim], list[Miss]]:
@@ -101,7 +101,7 @@ def program_claims(found: Mapping[int, Program], of: Subject) -> tuple[list[Clai
     weak = way is not None and any(of.target.with_fault(fault).weak_left.any() for fault in found)
     equation = EQUATION + STRONG * weak
     if words:
-        claims = [not_shown(equation, words)]
+        claims = [unproved(equation, words)]
     else:
         promise, roundings = max(each.promise for each in rows), max(each.roundings for each in rows)
         least = f"at most {promise:.2g} of what SOLVED may miss, and {roundings:.0f} roundings of |T| |f|"
@@ -110,7 +110,7 @@ def program_claims(found: Mapping[int, Program], of: Subject) -> tuple[list[Clai
     if of.limited and not of.levels and not optimal:  # a rule, which compares T f with tau
         lacking = words or trusting
         beyond = Claim(claim=OVERFLOW, verdict="shown", by=BY)
-        claims.append(not_shown(OVERFLOW, lacking) if lacking else beyond)
+        claims.append(unproved(OVERFLOW, lacking) if lacking else beyond)
     return claims, rows
 
 
@@ -286,7 +286,7 @@ def miss_bounds(sides: list[Sides], fault: int, of: Subject, program: Program) -
     for each in sides:
         fixed, by_f, by_tau = _misses(each, program, vehicle)
         made = np.abs(vehicle.TP) @ np.maximum(-vehicle.f_min, vehicle.f_max) + fixed + by_f @ far
-        promise += float(((fixed + each.lacking * made) / scale).max()) / MET[of.scalar]
+        promise += float(((fixed + each.lacking * made) / scale).max()) / WRENCH_ERROR[of.scalar]
         roundings += float((by_f @ far / rounded).max())
         of_tau += float((by_tau @ scale / (unit * scale)).max())
     return Miss(fault=fault, promise=promise, roundings=roundings, of_tau=of_tau)

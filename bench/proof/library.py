@@ -26,7 +26,7 @@ from alloc.library import calls
 from alloc.program import Scalar
 from bench.harness import machine
 from bench.proof import tools
-from bench.proof.proof import ASSUMPTIONS, Claim, Proof, not_shown
+from bench.proof.proof import ASSUMPTIONS, Claim, Proof, unproved
 from bench.proof.safety import eva
 from bench.proof.safety.harness import MAIN
 
@@ -100,15 +100,15 @@ def _tried(files: Mapping[str, str], folder: Path) -> tuple[Claim, Claim]:
     """Output of the self-test, and of Valgrind while it runs."""
     passed, said = tools.tried(files, folder)
     if not passed:
-        return not_shown(ANSWERS, said), not_shown(DEFINED, ["the self-test fails"])
+        return unproved(ANSWERS, said), unproved(DEFINED, ["the self-test fails"])
     answers = Claim(claim=ANSWERS, verdict="tested", by="the self-test", words=said[:1])
     if not shutil.which("valgrind"):
-        return answers, not_shown(DEFINED, ["needs valgrind: apt-get install valgrind"])
+        return answers, unproved(DEFINED, ["needs valgrind: apt-get install valgrind"])
     watched = tools.run(["sh", "-c", "valgrind -q --error-exitcode=9 ./tried && echo passed"], folder).split(
         "\n"
     )
     if "passed" not in watched:
-        return answers, not_shown(DEFINED, watched)
+        return answers, unproved(DEFINED, watched)
     return answers, Claim(claim=DEFINED, verdict="tested", by="Valgrind, the self-test", words=watched[:1])
 
 

@@ -24,7 +24,7 @@ class Claim(msgspec.Struct, frozen=True, kw_only=True):
     words: list[str] = []
 
 
-def not_shown(claim: str, words: list[str]) -> Claim:
+def unproved(claim: str, words: list[str]) -> Claim:
     """A claim that stands as not shown, with the reason."""
     return Claim(claim=claim, verdict="not shown", by="", words=words)
 

@@ -25,7 +25,7 @@ from alloc.methods import recipe
 from alloc.program import Faults, Scalar, Where
 from bench.chips.toolchain import ToolError
 from bench.proof import tools
-from bench.proof.proof import Claim, not_shown
+from bench.proof.proof import Claim, unproved
 
 ANSWERED = (0, 1)
 """Statuses of a kernel with an answer: SOLVED and PARTIAL."""
@@ -262,7 +262,7 @@ def preprocessor_change(of: Subject) -> str:
 def of_all_branches(claims: list[Claim], of: Subject) -> list[Claim]:
     """Claims that one branch shows: not shown where the others are none that are printed."""
     words = preprocessor_change(of)
-    return [not_shown(each.claim, [words]) if words and each.verdict == "shown" else each for each in claims]
+    return [unproved(each.claim, [words]) if words and each.verdict == "shown" else each for each in claims]
 
 
 def preprocessor_lines(text: str) -> list[str]:

@@ -2,7 +2,7 @@
 
 from alloc.program import OWN, Graph, Node, Program, at_fault, operands
 from bench.chips.toolchain import ToolError
-from bench.proof.proof import Claim, not_shown
+from bench.proof.proof import Claim, unproved
 from bench.proof.source import NotRead, Subject
 from bench.proof.symbolic import programs
 
@@ -21,7 +21,7 @@ def translated(of: Subject) -> Claim:
     try:
         read = programs(of)
     except (NotRead, ToolError) as reason:
-        return not_shown(TRANSLATED, [str(reason)])
+        return unproved(TRANSLATED, [str(reason)])
     words = [] if made.keys() == read.keys() else [f"faults {sorted(read)}, not {sorted(made)}"]
     for fault in made.keys() & read.keys():
         if text := difference(made[fault], read[fault]):
@@ -30,7 +30,7 @@ def translated(of: Subject) -> Claim:
         if loop.text.replace(OWN, f"{of.name}_") not in of.source:
             words.append(f"the loop {loop.name}: its text is another one")
     if words:
-        return not_shown(TRANSLATED, words)
+        return unproved(TRANSLATED, words)
     count = sum(len(program.nodes) for program in made.values())
     return Claim(claim=TRANSLATED, verdict="shown", by="the C, read back", words=[f"{count} operations"])
 

@@ -16,7 +16,7 @@ from bench.chips.processors import Processor, processors
 from bench.chips.search import PARENTS, climb, with_fault_argument
 from bench.chips.toolchain import ToolError, missing, versions
 from bench.demands.corners import extremes
-from bench.proof.proof import Claim, WorstPath, not_shown
+from bench.proof.proof import Claim, WorstPath, unproved
 from bench.proof.source import Subject
 from bench.record import Emulated
 
@@ -95,11 +95,11 @@ def worst_paths(
             if not words:
                 paths.append(worst_path(of, processor, before))
         except Contradicted as error:
-            refuted.append(not_shown(WORST, [str(error)]))
+            refuted.append(unproved(WORST, [str(error)]))
         except ToolError as error:
             words = str(error)
         if words:
-            lacking.append(not_shown(f"The worst path on {processor.name}.", [words]))
+            lacking.append(unproved(f"The worst path on {processor.name}.", [words]))
     return paths, refuted, lacking
 
 

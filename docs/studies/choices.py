@@ -29,7 +29,7 @@ from alloc.discovery import Entry, find, prepare
 from alloc.formulations import Family
 from alloc.reach.volumes import uniform_demands
 from bench.demands import build_demands
-from bench.demands.generated import vehicle_of
+from bench.demands.generated import generate_vehicle
 from bench.demands.store import Case
 from bench.demands.strong import strong_vehicle
 from bench.harness.lines import begun, method_line, problem
@@ -197,7 +197,7 @@ def choice(own: Sequence[Size]) -> Choice:
 def main(count: int, first: int) -> None:
     """Compare the choices, a line for each that differs unsaid; the counts at the end, or on Ctrl-C."""
     vehicles = [load_vehicle(name) for name in list_vehicles()]
-    vehicles += [vehicle_of(number)[0] for number in range(first, first + count)]
+    vehicles += [generate_vehicle(number)[0] for number in range(first, first + count)]
     seen: Counter[str] = Counter()
     with suppress(KeyboardInterrupt):
         for i, vehicle in enumerate(vehicles):

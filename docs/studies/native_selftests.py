@@ -25,7 +25,7 @@ import numpy as np
 from alloc import NotApplicable, Vehicle, generate, list_vehicles, load_vehicle
 from alloc.methods import recipes
 from alloc.program import Scalar, Where
-from bench.demands.generated import numbered, vehicle_of
+from bench.demands.generated import generate_vehicle, numbered
 
 COMPILERS = ("gcc", "clang")
 FLAGS = (
@@ -62,7 +62,7 @@ def random_vehicles(count: int) -> Iterator[Vehicle]:
 
 def odd_vehicles(count: int) -> Iterator[Vehicle]:
     """The first vehicles of the campaign."""
-    return (replace(vehicle_of(i)[0], name=f"odd{i}") for i in range(count))
+    return (replace(generate_vehicle(i)[0], name=f"odd{i}") for i in range(count))
 
 
 def near_vehicles(count: int) -> Iterator[Vehicle]:

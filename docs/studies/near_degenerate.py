@@ -29,7 +29,7 @@ from alloc.c.compiled import compiler
 from alloc.c.generate import sources
 from alloc.c.target import Target
 from alloc.formulations import find_formulation
-from alloc.kernels.tolerance import MET
+from alloc.kernels.tolerance import WRENCH_ERROR
 from alloc.methods import recipe, recipes
 from alloc.program import Evaluated, Scalar, Where, evaluate
 from bench.demands.generated import edge_demands, numbered
@@ -41,7 +41,7 @@ ROUNDING = 1e-15
 
 def most(scalar: Scalar) -> float:
     """The largest error that is not counted: what SOLVED may miss."""
-    return MET[scalar] + ROUNDING
+    return WRENCH_ERROR[scalar] + ROUNDING
 
 
 def errors(

@@ -22,7 +22,7 @@ from bench.chips import esc
 from bench.chips.kernels import SCALARS, Kernel
 from bench.chips.processors import names
 from bench.demands import DemandSet, labelled
-from bench.demands.store import vehicle_of
+from bench.demands.store import unpack_vehicle
 from bench.inputs.board_log import BoardLog, LogBlock, LogError, answered, seen, whole
 from bench.record.schema import unusable
 
@@ -80,7 +80,7 @@ def header(block: LogBlock) -> LogHeader:
     arrays: dict[str, list[Any]] = json.loads(text)
     if not isinstance(arrays, dict):
         raise ValueError(f"a vehicle that is {str(arrays)[:40]}")
-    vehicle = vehicle_of({key: np.array(value) for key, value in arrays.items()})
+    vehicle = unpack_vehicle({key: np.array(value) for key, value in arrays.items()})
     if why := unusable(vehicle.name) or unusable(vehicle.whole or vehicle.name):
         raise ValueError(why)
     scalar, limits = cast(Scalar, facts["scalar"]), cast(Where, facts["limits"])

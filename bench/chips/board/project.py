@@ -19,7 +19,7 @@ from bench.chips.image import FIRMWARE
 from bench.chips.kernels import Kernel, build_kernel, shapes
 from bench.chips.processors import processors
 from bench.demands import DemandSet, build_demands
-from bench.demands.store import arrays_of
+from bench.demands.store import pack_vehicle
 from bench.harness import machine
 
 
@@ -236,7 +236,7 @@ def _table(name: str, calls: FloatArray, scalar: Scalar) -> str:
 def _facts(project: Project) -> list[str]:
     """Facts that a log must hold besides measurements, so that its reader needs nothing else."""
     first = project.kernels[0]
-    known = arrays_of(project.vehicle, currents=False)  # no C takes a cap
+    known = pack_vehicle(project.vehicle, currents=False)  # no C takes a cap
     arrays = {key: value.tolist() for key, value in known.items()}
     packed = base64.b64encode(zlib.compress(json.dumps(arrays).encode(), 9)).decode()
     return [

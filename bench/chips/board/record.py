@@ -14,7 +14,7 @@ from alloc import Allocation, Status, Vehicle, build
 from alloc.c.selftest import AGREEMENT
 from alloc.formulations import Family
 from alloc.formulations.hard import FORMULATION as HARD
-from alloc.kernels.tolerance import MET, MET_BY_SOLVERS
+from alloc.kernels.tolerance import SOLVER_ERROR, WRENCH_ERROR
 from alloc.rivals import load
 from bench.chips import esc
 from bench.chips.agreement import agreement, explained
@@ -212,7 +212,7 @@ def _judged(question: Question, kernel: Kernel, promised: Promise, run: TimedCal
         formulation=promised.formulation,
         limited=promised.limited,
         tolerance=promised.tolerance,
-        wrench_tolerance=(MET_BY_SOLVERS if kernel.solver else MET)[kernel.scalar],
+        wrench_tolerance=(SOLVER_ERROR if kernel.solver else WRENCH_ERROR)[kernel.scalar],
         thorough=thorough,
     )
     judged = judged_with()

@@ -3,7 +3,7 @@
 import numpy as np
 
 from alloc import AllocError, NotApplicable, Vehicle, alpha_max
-from bench.demands import Supply, Within
+from bench.demands import CallDemands, Supply
 from bench.demands.strong import strong_vehicle
 
 COUNT = 200
@@ -22,7 +22,7 @@ def supply(vehicle: Vehicle) -> Supply:
         raise NotApplicable(str(error)) from None
 
 
-def limited_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Within:
+def limited_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> CallDemands:
     """n demands of random thrusts, the logarithm of their size uniform, within the curves' ends.
 
     Raises NotApplicable where the cap leaves nothing, as for thrusters that can't stand still.
@@ -35,4 +35,4 @@ def limited_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Withi
         raise NotApplicable(f"{vehicle.name}: the cap leaves no thrust along some demands; raise it")
     size = reach * FARTHEST ** rng.uniform(-1.0, 1.0, n)
     low, high = (np.tile(side, (n, 1)) for side in limits)
-    return Within(size[:, None] * taus, low, high)
+    return CallDemands(size[:, None] * taus, low, high)

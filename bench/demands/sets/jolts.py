@@ -3,7 +3,7 @@
 import numpy as np
 
 from alloc import Vehicle
-from bench.demands import Within
+from bench.demands import CallDemands
 from bench.demands.strong import strong_vehicle
 
 STILL = 0.1
@@ -16,7 +16,7 @@ SIZES = (0.2, 1.5)
 """Range of factors on a wrench that the limits allow: nearly nothing to half as much again."""
 
 
-def limited_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Within:
+def limited_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> CallDemands:
     """n demands with random limits inside the vehicle's, nothing carried from one to the next."""
     ends = rng.uniform(vehicle.f_min, vehicle.f_max, (2, n, vehicle.n))
     lows, highs = ends.min(axis=0), ends.max(axis=0)
@@ -29,4 +29,4 @@ def limited_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Withi
     width = vehicle.f_max[thrusters] - vehicle.f_min[thrusters]
     lows[rows, thrusters] = highs[rows, thrusters] + rng.uniform(0.01, 0.5, len(rows)) * width
     pushed = strong_vehicle(vehicle).TP.T
-    return Within(rng.uniform(*SIZES, n)[:, None] * thrusts @ pushed, lows, highs)
+    return CallDemands(rng.uniform(*SIZES, n)[:, None] * thrusts @ pushed, lows, highs)

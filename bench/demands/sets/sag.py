@@ -3,7 +3,7 @@
 import numpy as np
 
 from alloc import NotApplicable, Vehicle
-from bench.demands import Within
+from bench.demands import CallDemands
 from bench.demands.mission import HALF, RATE_HZ, under_way
 
 __all__ = ["COUNT", "RATE_HZ", "SEED_NAME", "limited_demands"]
@@ -15,7 +15,7 @@ FULL, EMPTY = 16.8, 13.0
 """Voltage of four lithium cells in series, charged, and under load shortly before they have to be [V]."""
 
 
-def limited_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Within:
+def limited_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> CallDemands:
     """n consecutive demands of the mission while the voltage falls evenly from FULL to EMPTY.
 
     A dive takes hours and the mission half a minute, so the battery empties faster than at sea; each demand
@@ -33,4 +33,4 @@ def limited_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Withi
     taus = under_way(vehicle, rng, n, *vehicle.limits(volts=EMPTY))
     limits = [vehicle.limits(volts=volts) for volts in np.linspace(FULL, EMPTY, n)]
     lows, highs = map(np.array, zip(*limits, strict=True))
-    return Within(taus, lows, highs)
+    return CallDemands(taus, lows, highs)

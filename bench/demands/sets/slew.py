@@ -3,7 +3,7 @@
 import numpy as np
 
 from alloc import NotApplicable, Vehicle, build
-from bench.demands import Within
+from bench.demands import CallDemands
 from bench.demands.mission import HALF, RATE_HZ, under_way
 
 __all__ = ["COUNT", "RATE_HZ", "SEED_NAME", "limited_demands"]
@@ -12,7 +12,7 @@ COUNT = HALF
 SEED_NAME = "mission"
 
 
-def limited_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Within:
+def limited_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> CallDemands:
     """n consecutive demands of the mission, and what slew rates leave of the limits from one to the next.
 
     Thrusters are at rest at first. Then the thrusts of the call before are those of ``scaled``: the exact
@@ -33,4 +33,4 @@ def limited_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Withi
         f = allocate(tau, lows[i], highs[i]).f
         if vehicle.esc:
             f = vehicle.commands(f, f_min=lows[i], f_max=highs[i]).f
-    return Within(taus, lows, highs)
+    return CallDemands(taus, lows, highs)

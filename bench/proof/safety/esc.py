@@ -8,7 +8,7 @@ from alloc.c import command_type, covering, esc_selftest, to_escs
 from alloc.errors import VehicleError
 from bench.chips.toolchain import ToolError
 from bench.proof import tools
-from bench.proof.proof import Claim, not_shown
+from bench.proof.proof import Claim, unproved
 from bench.proof.safety import eva
 from bench.proof.safety.claims import stateless
 from bench.proof.safety.harness import ANALYSED, MAIN, SPLIT, any_bits
@@ -134,5 +134,5 @@ def esc_tests(of: Subject, folder: Path) -> list[Claim]:
     test = esc_selftest(of.target)
     passed, said = tools.tried({**of.files, **made, "test.c": test}, folder / "sent")
     if not passed:
-        return [not_shown(SENT, said)]
+        return [unproved(SENT, said)]
     return [Claim(claim=SENT, verdict="tested", by="the self-test", words=said)]

@@ -23,7 +23,7 @@ from alloc.methods import recipe, recipes
 from alloc.program import Faults, Scalar, Where
 from alloc.vehicle.weak import Survey
 from bench.demands import build_demands
-from bench.demands.generated import numbered, vehicle_of
+from bench.demands.generated import generate_vehicle, numbered
 from bench.demands.surveys import move_poses
 from tests.compilers import build_program, run
 from tests.nullspace_cases import SHAPES, demands_of_known_verdict, random_vehicle
@@ -240,7 +240,7 @@ def test_self_tests_of_vehicles_with_all_that_a_file_may_hold_are_green(
     number, kernel, scalar, limits, tmp_path
 ) -> None:
     """``python docs/studies/native_selftests.py --plain --odd --random 300`` asks three hundred of them."""
-    vehicle = replace(vehicle_of(number)[0], name=f"odd{number}")
+    vehicle = replace(generate_vehicle(number)[0], name=f"odd{number}")
     done = run_program(build_program(tmp_path, generate(vehicle, kernel, scalar, limits=limits), *SANITIZE))
     assert done.returncode == 0, done.stdout + done.stderr
 

@@ -10,7 +10,7 @@ from alloc.errors import VehicleError
 from alloc.methods.ardusub import find_inputs, inputs, outputs, thrust
 from alloc.vehicle.autopilot import FRAMES, Autopilot, make_autopilot
 from alloc.vehicle.geometry import DOF
-from bench.demands.store import arrays_of, vehicle_of
+from bench.demands.store import pack_vehicle, unpack_vehicle
 
 N_INPUTS = 10_000
 SHIPPED = ("bluerov2", "bluerov2-heavy")
@@ -198,7 +198,7 @@ def test_each_thruster_is_one_motor(motors: list[int], says: str) -> None:
 def test_a_worker_gets_the_vehicle_s_autopilot(name: str, rng: np.random.Generator) -> None:
     vehicle = load_vehicle(name)
     taus = rng.normal(size=(20, vehicle.k)) * vehicle.wrench_scale
-    there = vehicle_of(arrays_of(vehicle))
+    there = unpack_vehicle(pack_vehicle(vehicle))
     np.testing.assert_array_equal(
         build("ardusub", there).many(taus)[0], build("ardusub", vehicle).many(taus)[0]
     )

@@ -12,8 +12,8 @@ from alloc import Allocator, NotApplicable, Status, Vehicle, build, generate, lo
 from alloc.allocation import FloatArray
 from alloc.formulations import find_formulation
 from alloc.kernels import by_level
+from alloc.kernels.correction import Correction
 from alloc.kernels.exact import Piece, piece
-from alloc.kernels.held import Held
 from alloc.methods import recipe
 from alloc.nullspace import region, structure
 from alloc.nullspace.allocator import Nullspace
@@ -303,7 +303,9 @@ def test_c_that_went_astray_says_a_smaller_share(
     assert 0.0 < got.share.max() < 0.7
     error = np.abs(got.F @ vehicle.TP.T - says) / vehicle.wrench_scale
     assert error.max() <= (OFF if scalar == "double" else 1e-5)
-    monkeypatch.setattr(by_level, "held", lambda _, __, thrusts, walk, *___: Held(thrusts, walk.shares))
+    monkeypatch.setattr(
+        by_level, "correct_thrusts", lambda _, __, thrusts, walk, *___: Correction(thrusts, walk.shares)
+    )
     got = in_c(vehicle, method, scalar, limits, taus)
     error = np.abs(got.F @ vehicle.TP.T - promised(vehicle, method, taus, got.share)) / vehicle.wrench_scale
     assert error.max() > 0.1

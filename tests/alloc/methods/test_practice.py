@@ -8,7 +8,7 @@ import pytest
 from alloc import Label, Status, Vehicle, alpha_max, build, catalogue, label, list_vehicles, load_vehicle
 from alloc.allocation import WRENCH_TOLERANCE
 from alloc.closed_forms.inverse import generalized_inverse
-from alloc.kernels.fitted import LEAST
+from alloc.kernels.fit import LEAST
 
 RULES = ["clip", "shrink", "redistribute", "fixed-point", "desaturate", "scaled"]
 ROUNDING = 1e-9

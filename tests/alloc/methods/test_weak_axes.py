@@ -16,7 +16,7 @@ from alloc.formulations import find_formulation
 from alloc.methods import recipe
 from alloc.program import Scalar, Where, at_fault, evaluate
 from alloc.vehicle.weak import Survey
-from bench.demands.store import arrays_of, vehicle_of
+from bench.demands.store import pack_vehicle, unpack_vehicle
 from bench.demands.surveys import fail_thrusters, hexarotor, move_poses, pushable_demands
 from tests.readers import written
 
@@ -97,7 +97,7 @@ def test_poses_tell_of_axes_that_nobody_controls(dof: list[str], tmp_path: Path)
     text = Path("docs/vehicles/bluerov2-surveyed.yaml").read_text(encoding="utf-8")
     whole = "[surge, sway, heave, roll, pitch, yaw]"
     vehicle = load_vehicle(written(tmp_path / "mine.yaml", text.replace(whole, f"[{', '.join(dof)}]")))
-    for one in (vehicle, vehicle.with_frame("frd"), vehicle_of(arrays_of(vehicle))):
+    for one in (vehicle, vehicle.with_frame("frd"), unpack_vehicle(pack_vehicle(vehicle))):
         assert len(one.weak) == 1
         surge = build("scaled", one)(30.0 * np.eye(len(dof))[0])
         assert surge.share == (1.0,)

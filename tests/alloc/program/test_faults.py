@@ -9,7 +9,7 @@ from alloc import Status, Vehicle, build, load_vehicle
 from alloc.c import Target
 from alloc.methods import recipe, recipes
 from alloc.program import Builder, Program, Where, at_fault, evaluate, least, most, size, states
-from bench.demands.generated import vehicle_of
+from bench.demands.generated import generate_vehicle
 from tests.vehicles import made_up
 
 UKWIAL = load_vehicle("ukwial")
@@ -165,7 +165,7 @@ def _agrees(vehicle: Vehicle, method: str, limits: Where, fault: int, program: P
 
 def test_a_thruster_that_takes_others_far_with_it_has_code_of_its_own() -> None:
     """Thrusts of odd vehicle 35 lost three more digits where one of them was moved to zero."""
-    vehicle, _ = vehicle_of(35)
+    vehicle, _ = generate_vehicle(35)
     together = recipe("nullspace").program_for_all(vehicle, "fixed", "double").faults
     made = Target(vehicle=vehicle, method=recipe("nullspace"), faults="all").programs
     assert -1 in together

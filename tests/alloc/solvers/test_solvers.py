@@ -28,7 +28,7 @@ from alloc.qp import QP, pose_hard
 from alloc.qp.certificate import certify_many
 from alloc.reach.attainable import alpha_range
 from alloc.solvers.highs import silent_binding
-from bench.demands.generated import inside, vehicle_of
+from bench.demands.generated import generate_vehicle, inside
 from bench.demands.sets.jolts import limited_demands
 from tests.places import DOCS
 from tests.vehicles import made_up
@@ -287,7 +287,7 @@ def test_which_of_its_refusals_proxqp_gives_decides_no_status(
 
 def test_proxqp_calls_infeasible_demands_infeasible_where_it_runs_to_its_cap() -> None:
     """Within limits that jump, half of its refusals are caps, and no two processes count the same."""
-    vehicle, rng = vehicle_of(73)
+    vehicle, rng = generate_vehicle(73)
     taus, low, high = limited_demands(vehicle, rng, 60)
     least, most = alpha_range(vehicle, taus, low, high)
     allocate = build("qp/proxqp", vehicle)
@@ -371,7 +371,7 @@ def test_an_answer_does_not_change_when_the_next_is_made(name: str) -> None:
 )
 def test_a_reused_object_answers_as_a_new_one_does(name: str, number: int) -> None:
     """To the bit, also after infeasible demands, which change OSQP's step size and spoil QOCO's object."""
-    vehicle, rng = vehicle_of(number)
+    vehicle, rng = generate_vehicle(number)
     posed, solver = pose_hard(vehicle), solvers.load(name)
     taus = inside(vehicle, rng, 24) * rng.choice([1.0, 1.0, 2.0], (24, 1))
     reused = solver.prepare(posed.qp, "reused", "tight")
@@ -387,7 +387,7 @@ def test_a_reused_object_answers_as_a_new_one_does(name: str, number: int) -> No
 )
 def test_a_demand_has_the_same_answer_after_other_calls(name: str) -> None:
     """To the bit: neither keeps anything that a call before it adapted or proved."""
-    vehicle, rng = vehicle_of(650)
+    vehicle, rng = generate_vehicle(650)
     taus = inside(vehicle, rng, 8) * rng.choice([2.0, 1.0, 1.0], (8, 1))
     allocate = build(name, vehicle)
     first = [allocate(tau) for tau in taus]

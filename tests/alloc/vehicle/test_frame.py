@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from alloc import Vehicle, build, list_vehicles, load_vehicle
 from alloc.errors import VehicleError
-from alloc.vehicle.frame import AXES, TURN, axis_of, effect, turned
+from alloc.vehicle.frame import AXES, TURN, axis_line, effect, turned
 from alloc.vehicle.geometry import DOF, pose_matrix
 
 AHEAD, STARBOARD, DOWN = (np.eye(3)[i] for i in range(3))
@@ -78,9 +78,9 @@ def test_the_words_of_a_force_or_a_turn_are_what_it_does(frame: str, sign: float
 
 
 def test_every_axis_has_its_line_in_words() -> None:
-    assert axis_of("heave", "frd") == "z down"
-    assert axis_of("yaw", "flu") == "z up"
-    assert axis_of("pitch", "flu") == "y to port"
+    assert axis_line("heave", "frd") == "z down"
+    assert axis_line("yaw", "flu") == "z up"
+    assert axis_line("pitch", "flu") == "y to port"
     assert set(AXES) == {"frd", "flu"}
 
 

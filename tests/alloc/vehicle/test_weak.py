@@ -9,7 +9,7 @@ import pytest
 from alloc import Vehicle, generate, list_vehicles, load_vehicle
 from alloc.errors import VehicleError
 from alloc.vehicle.weak import WEAK, Survey, doubts, six_rows
-from bench.demands.store import arrays_of, same_vehicle, vehicle_of
+from bench.demands.store import pack_vehicle, same_vehicle, unpack_vehicle
 from bench.demands.surveys import fail_thrusters, failures, hexarotor, move_poses
 from tests.readers import written
 from tests.vehicle_files import GOOD
@@ -147,9 +147,15 @@ def test_a_file_says_how_well_it_is_known_and_stores_and_copies_keep_it(
     lines: str, survey: Survey, limit: float | None, tmp_path: Path
 ) -> None:
     vehicle = load_vehicle(written(tmp_path / "mine.yaml", GOOD + lines))
-    for one in (vehicle, vehicle.with_fault(0), vehicle.with_frame("flu"), vehicle_of(arrays_of(vehicle))):
+    stored = unpack_vehicle(pack_vehicle(vehicle))
+    for one in (
+        vehicle,
+        vehicle.with_fault(0),
+        vehicle.with_frame("flu"),
+        stored,
+    ):
         assert (one.survey, one.weak_limit) == (survey, limit)
-    assert same_vehicle(vehicle, vehicle_of(arrays_of(vehicle)))
+    assert same_vehicle(vehicle, stored)
     strong = move_poses(load_vehicle("bluerov2-heavy"), Survey(), np.random.default_rng(3))
     strong = strong.with_fault(4).with_fault(5).strong
-    np.testing.assert_array_equal(vehicle_of(arrays_of(strong)).row_lengths, strong.row_lengths)
+    np.testing.assert_array_equal(unpack_vehicle(pack_vehicle(strong)).row_lengths, strong.row_lengths)

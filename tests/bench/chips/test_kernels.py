@@ -16,8 +16,8 @@ from alloc import AllocError, Label, build, load_vehicle
 from alloc.discovery import find
 from alloc.errors import UnknownName
 from alloc.kernels import by_level
+from alloc.kernels.correction import Correction
 from alloc.kernels.exact import THINNER
-from alloc.kernels.held import Held
 from alloc.methods import recipe
 from alloc.program import Scalar, Where, evaluate
 from bench.__main__ import cli
@@ -285,7 +285,9 @@ def test_thrusts_that_thin_rows_lead_astray_do_not_agree(
     if not held:
         monkeypatch.setattr("alloc.kernels.exact.THIN", 1e-300)
         monkeypatch.setitem(THINNER, "double", 1e-300)
-        monkeypatch.setattr(by_level, "held", lambda _, __, thrusts, walk, *___: Held(thrusts, walk.shares))
+        monkeypatch.setattr(
+            by_level, "correct_thrusts", lambda _, __, thrusts, walk, *___: Correction(thrusts, walk.shares)
+        )
     vehicle, rng = numbered(13)
     kernel = build_kernel("scaled@native", vehicle, "double", faults="none")
     demands = labelled("edges", vehicle, edge_demands(vehicle, rng, 40))

@@ -10,7 +10,7 @@ from alloc import Label, Status, build, list_vehicles, load_vehicle
 from alloc.formulations.scaled import straight
 from alloc.reach.attainable import label
 from bench.demands import build_demands, labelled
-from bench.demands.store import arrays_of_demands, demands_of
+from bench.demands.store import pack_demands, unpack_demands
 from bench.demands.strong import strong_demands, strong_vehicle, unasked_weak_axes, weak_directions
 
 SURVEYED = load_vehicle(Path("docs/vehicles/bluerov2-surveyed.yaml"))
@@ -51,7 +51,7 @@ def test_surge_that_eq_5_holds_back_is_easy_for_the_strong_part() -> None:
     assert demands.hard_alpha is not None
     assert demands.hard_alpha[0] == pytest.approx(0.3988, abs=1e-4)  # 12 N
     assert 4.0 < demands.alpha[0] < 4.5  # four thrusters at 40 N, but for a little pitch
-    back = demands_of(arrays_of_demands(demands))
+    back = unpack_demands(pack_demands(demands))
     np.testing.assert_array_equal(back.hard_alpha, demands.hard_alpha)
     np.testing.assert_array_equal(back.hard_labels, demands.hard_labels)
 

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from alloc import Allocation, AllocError, Status, alpha_max, load_vehicle
 from alloc.allocation import FloatArray
 from bench.__main__ import cli
-from bench.demands.log_summary import columns_of, full_authority, made_by, outputs_text
+from bench.demands.log_summary import extra_columns, full_authority, made_by, outputs_text
 from bench.inputs.columns import parse_columns
 from bench.inputs.demand_csv import esc_columns, read_demands
 from bench.inputs.logs import ulog as px4
@@ -309,7 +309,7 @@ def test_made_wrenches_of_a_fresh_battery_can_be_read_again(tmp_path: Path) -> N
     assert read_demands(out, VEHICLE.dof).columns["volts"].tolist() == [10, 14.5, 20]
     again = CliRunner().invoke(cli, ["demands", str(out), "--vehicle", VEHICLE.name], standalone_mode=False)
     assert again.exception is None
-    columns, said = columns_of(np.array([12.0]), replace(VEHICLE, by_volts=None))
+    columns, said = extra_columns(np.array([12.0]), replace(VEHICLE, by_volts=None))
     assert (columns, said) == ({}, f"volts are left out, as {VEHICLE.name} has no limits by voltage")
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from alloc import NotApplicable, Vehicle, list_vehicles, load_vehicle
 from alloc.c.compiled import compiler
-from alloc.kernels.tolerance import MET
+from alloc.kernels.tolerance import WRENCH_ERROR
 from alloc.kernels.walk import EDGE
 from alloc.program import Faults, Program, Scalar, Where, evaluate
 from bench.demands.corners import attainable
@@ -210,7 +210,7 @@ def test_no_answer_misses_more_than_is_shown(method: str, scalar: Scalar) -> Non
     answered = (got.status == 0) | ((got.status == 1) & bool(got.share.size))
     made = got.F.astype(np.longdouble) @ vehicle.TP.T.astype(np.longdouble)
     missed = np.abs(made - share[:, None] * taus.astype(np.longdouble))
-    may = row.promise * MET[scalar] * vehicle.wrench_scale
+    may = row.promise * WRENCH_ERROR[scalar] * vehicle.wrench_scale
     rounded = row.roundings * UNIT[scalar] * (np.abs(got.F) @ np.abs(vehicle.TP).T).max(axis=0)
     of_shares = WIDER * EDGE[scalar] * np.abs(share[:, None] * taus) if got.share.size else 0.0
     assert answered.sum() > 500

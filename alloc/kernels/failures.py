@@ -1,8 +1,8 @@
-"""Thrusters that are off, in one program for many faults.
+"""Failed thrusters in one program for many faults.
 
-An optimum within limits is that of the whole vehicle with limits of zero for the thruster; what a fault
-leaves without any thruster, a direction, must be left out of a demand first. Of a closed form x = G tau
-the others take over what it would do, each a share.
+For an optimum within limits, a failed thruster is one with limits of zero; a direction that the fault
+leaves without a thruster is first taken out of the demand. For a closed form x = G tau the other thrusters
+take over the thrust of the failed one in fixed proportions.
 """
 
 from collections.abc import Callable
@@ -19,13 +19,13 @@ from alloc.vehicle import Vehicle
 from alloc.vehicle.degeneracy import NOTHING, ROUNDED
 
 MAGNIFIED = 10.0
-"""Most that another thrust may move where one moves to zero: so many times its rounding it gets, too [-]."""
+"""Largest change of another thrust per newton of the failed one; it magnifies rounding as much [-]."""
 
 
-def together(vehicle: Vehicle) -> States:
-    """The vehicle, and with each thruster off that its null space moves to zero without large factors.
+def shared_states(vehicle: Vehicle) -> States:
+    """The vehicle, and its single faults that the null space reaches without large factors.
 
-    With N'HN = I a thrust moves by |N_i| a unit of z, and to move it by one takes z of length 1 / |N_i|.
+    With N'HN = I a unit of z moves thrust i by |N_i|, so moving it by 1 N takes a z of length 1 / |N_i|.
     """
     far = set[int]()
     for block in decompose(vehicle).blocks:
@@ -35,20 +35,20 @@ def together(vehicle: Vehicle) -> States:
 
 
 Inverse = Callable[[Vehicle], FloatArray]
-"""Makes the (n, k) matrix G of a closed form."""
+"""Function from a vehicle to the matrix G (n, k) of a closed form."""
 
 
-def rescaled(vehicle: Vehicle, inverse: Inverse) -> States:
-    """Those of ``together`` in which a closed form moves no thrust far for one that is off."""
-    known = together(vehicle)
-    far = np.abs(changes(known, inverse)).max(axis=1) > MAGNIFIED
+def rescaled_states(vehicle: Vehicle, inverse: Inverse) -> States:
+    """Those of ``shared_states`` in which the failed thrust moves no other by more than MAGNIFIED."""
+    known = shared_states(vehicle)
+    far = np.abs(thrust_changes(known, inverse)).max(axis=1) > MAGNIFIED
     return {fault: state for (fault, state), each in zip(known.items(), far, strict=True) if not each}
 
 
-def changes(known: States, inverse: Inverse) -> FloatArray:
-    """(faults, n) a, by which thrusts G tau change for each newton of the thruster that is off [-].
+def thrust_changes(known: States, inverse: Inverse) -> FloatArray:
+    """Changes a (faults, n) of thrusts G tau per newton of the failed thruster [-].
 
-    Without thruster i G has no row i, and differs by a matrix of rank one, so that this is a G_i.
+    Without thruster i, G changes by the rank-one matrix a G_i.
     """
     vehicle = known[-1]
     G, units = inverse(vehicle), vehicle.row_lengths
@@ -61,24 +61,24 @@ def changes(known: States, inverse: Inverse) -> FloatArray:
     return a
 
 
-class Without(NamedTuple):
-    """Thrusts of a closed form without the thruster that is off, of one program for many faults.
+class FaultThrusts(NamedTuple):
+    """Thrusts of a closed form without the failed thruster.
 
     Attributes
     ----------
-    thrusts : x - a x_i by thruster; exactly zero of the one that is off [N]
-    off : x_i, what it would do [N]
+    thrusts : x - a x_i by thruster; exactly zero for the failed one [N]
+    failed : x_i, the thrust it would give [N]
     a : (faults, n) see ``changes``
     """
 
     thrusts: dict[int, Expression]
-    off: Expression
+    failed: Expression
     a: FloatArray
 
 
-def without(builder: Builder, x: dict[int, Expression], inverse: Inverse) -> Without:
-    """The thrusts x = G tau of a closed form as its ``inverse`` of each fault makes them."""
-    graph, a = builder.graph, changes(builder.faults, inverse)
+def drop_failed(builder: Builder, x: dict[int, Expression], inverse: Inverse) -> FaultThrusts:
+    """Turn thrusts x = G tau of the whole vehicle into those of the ``inverse`` of each fault."""
+    graph, a = builder.graph, thrust_changes(builder.faults, inverse)
     chosen = {i: [float(fault == i) for fault in builder.faults] for i in x if i in builder.faults}
     parts = [graph.by_fault(each) * x[i] for i, each in chosen.items()]
     off = reduce(add, parts).named("off") if parts else graph.constant(0.0)
@@ -86,18 +86,18 @@ def without(builder: Builder, x: dict[int, Expression], inverse: Inverse) -> Wit
         i: (value - graph.by_fault(a[:, i]) * off).named(f"xo{i}") if a[:, i].any() else value
         for i, value in x.items()
     }
-    return Without(changed, off, a)
+    return FaultThrusts(changed, off, a)
 
 
 class Reachable(NamedTuple):
-    """Part of a demand that a fault leaves reachable, in one program for many faults.
+    """Part of a demand that a fault leaves reachable.
 
     Attributes
     ----------
-    tau : (k,) the demand without the part along the lost direction
-    lost : that part, relative to ``wrench_scale``; None where no fault loses a direction
-    terms : what ``lost`` adds up, each an entry of tau
-    weight : (k,) what is left out of tau where ``lost`` is one, of each fault
+    tau : (k,) the demand without its part along the lost direction
+    lost : that part over ``wrench_scale`` [-]; None where no fault loses a direction
+    terms : the summands of ``lost``, one for each entry of tau
+    weight : (faults, k) the wrench left out per unit of ``lost``
     """
 
     tau: list[Expression]
@@ -106,10 +106,7 @@ class Reachable(NamedTuple):
     weight: FloatArray
 
     def size(self, builder: Builder, G: FloatArray) -> Number:
-        """The largest thrust that a term of the part which is left out would need [N].
-
-        What is left of tau is rounded as these are, also where they cancel.
-        """
+        """Largest thrust that a summand of the lost part would need [N], the scale of its rounding."""
         if not self.terms:
             return 0.0
         largest: Expression = most(*map(size, self.terms))
@@ -117,9 +114,9 @@ class Reachable(NamedTuple):
 
 
 def reachable(builder: Builder) -> Reachable:
-    """tau - u (v'tau), with v the direction in unit of ``wrench_scale`` and u the wrench of that size.
+    """tau - u (v'tau), with v the lost direction over ``wrench_scale`` and u times it.
 
-    One thruster that is off loses one direction at most; of a fault that loses none u and v are zero.
+    One failed thruster loses at most one direction; u and v are zero where a fault loses none.
     """
     vehicle, graph, tau = builder.vehicle, builder.graph, builder.tau
     scale = vehicle.wrench_scale
