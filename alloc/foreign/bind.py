@@ -115,7 +115,7 @@ def bound(
     way = find_formulation(promise.formulation).way
     shares = len(way(vehicle).keep) if way else 0
     numbers, room = (
-        _numbers(vehicle, scalar),
+        vehicle_numbers(vehicle, scalar),
         np.full(vehicle.k + 3 * vehicle.n + shares + 6 * WALL, STONE, dtype=scalar),
     )
     dof = (ctypes.c_char_p * vehicle.k)(*(axis.encode() for axis in vehicle.dof))
@@ -188,7 +188,7 @@ def _promised(library: ctypes.CDLL, rule: str) -> LibraryPromise:
     return LibraryPromise(_text(made.formulation) or rule, bool(made.limited), made.tolerance)
 
 
-def _numbers(vehicle: Vehicle, scalar: type[np.floating]) -> tuple[np.ndarray, ...]:
+def vehicle_numbers(vehicle: Vehicle, scalar: type[np.floating]) -> tuple[np.ndarray, ...]:
     """T, H, readiness, f_min, f_max and levels as the library reads them; rounding widens no limit."""
     low, high = vehicle.f_min.astype(scalar), vehicle.f_max.astype(scalar)
     low = np.where(low < vehicle.f_min, np.nextafter(low, scalar(0)), low)

@@ -56,23 +56,24 @@ def link(kernel: Kernel, processor: Processor, folder: Path, options: tuple[str,
     sources = kernel.write(folder)
     places = {folder, *((folder / name).parent for name in kernel.sources)}
     includes = [f"-I{place}" for place in sorted(places)]
-    run([*_gcc(processor), *KERNEL, *includes, "-c", *(str(source) for source in sources)], folder)
+    of_kernel = kernel.options
+    run([*_gcc(processor), *KERNEL, *of_kernel, *includes, "-c", *map(str, sources)], folder)
     objects = [folder / f"{source.stem}.o" for source in sources]
     driver = _driver(processor, options, shapes([kernel]))
-    own = [folder / "adapter.c", folder / "project.c"]
-    for path, text in zip(own, (kernel.adapter, _project(kernel)), strict=True):
-        path.write_text(text, encoding="utf-8")
-    command = [*_gcc(processor), *_bare(processor), *includes, f"-I{driver}", f"-I{FIRMWARE}"]
+    own = {"adapter.c": kernel.adapter, "idle.c": kernel.idle_adapter, "project.c": _project(kernel)}
+    for name, text in own.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    command = [*_gcc(processor), *_bare(processor), *of_kernel, *includes, f"-I{driver}", f"-I{FIRMWARE}"]
     built = folder / "built"
     built.mkdir(exist_ok=True)
-    run([*command, *options, "-c", *map(str, own)], built)
+    run([*command, *options, "-c", *(str(folder / name) for name in own)], built)
     objects += [driver / f"{Path(name).stem}.o" for name in _sources(processor)]
-    objects += sorted(built.glob("*.o"))
+    objects.append(built / "project.o")
     marks = f"-DMEASURED=measured_{kernel.entry}", f"-DLEFT=left_{kernel.entry}"
     path, empty = folder / "kernel.elf", folder / EMPTY
-    for called, elf in ((kernel.entry, path), ("empty_kernel", empty)):
+    for called, asks, elf in ((kernel.entry, "adapter.o", path), ("empty_kernel", "idle.o", empty)):
         call = [*marks, f"-DCALLED={called}", str(FIRMWARE / "call.S")]
-        run([*command, *map(str, objects), *call, "-lm", "-o", str(elf)])
+        run([*command, str(built / asks), *map(str, objects), *call, "-lm", "-o", str(elf)])
     thumb = int(processor.bare_metal)  # bit 0 of a symbol marks Thumb code and is no part of the address
     symbols, sizes, without = _symbols(processor, path), _sizes(processor, path), _sizes(processor, empty)
     return Image(

@@ -41,6 +41,10 @@ class Kernel:
     levels : how many shares it writes, which the driver finds behind f
     prepared : whether its first call prepares what others use, as firmware does at boot; loops over what it
         prepares go round more often than there are axes or thrusters
+    before : C that runs before each call, and is not counted
+    idle : C that stands for ``declaration`` in the image without the kernel, where that differs
+    options : the compiler's, besides those of all kernels
+    library : the same C for this machine, where it is somebody's; its answers are those that are expected
     """
 
     method: str
@@ -56,6 +60,10 @@ class Kernel:
     limits: Where = "fixed"
     levels: int = 0
     prepared: bool = False
+    before: str = ""
+    idle: str = ""
+    options: tuple[str, ...] = ()
+    library: Path | None = None
 
     @property
     def width(self) -> int:
@@ -71,17 +79,26 @@ class Kernel:
     @property
     def adapter(self) -> str:
         """C of ``ask_<entry>``, which the driver calls; behind tau lie limits, behind f shares."""
+        return self._asks(self.declaration)
+
+    @property
+    def idle_adapter(self) -> str:
+        """The same for an image without the kernel."""
+        return self._asks(self.idle or self.declaration)
+
+    def _asks(self, declaration: str) -> str:
         places = {
             "f_min": f"(tau + {self.k})",
             "f_max": f"(tau + {self.k + self.n})",
             "share": f"(f + {self.n})",
         }
         arguments = re.sub("|".join(places), lambda name: places[name[0]], self.arguments)
+        before = f"    {self.before}\n" * bool(self.before)
         return (
-            f'#include "board.h"\n#include "call.h"\n{self.declaration}\n\n'
+            f'#include "board.h"\n#include "call.h"\n{declaration}\n\n'
             f"int ask_{self.entry}(const scalar *tau, scalar *f);\n"
             f"int ask_{self.entry}(const scalar *tau, scalar *f)\n"
-            f"{{\n    CALL({self.entry}, ({arguments}));\n}}\n"
+            f"{{\n{before}    CALL({self.entry}, ({arguments}));\n}}\n"
         )
 
     def write(self, folder: Path) -> list[Path]:

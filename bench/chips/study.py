@@ -14,7 +14,7 @@ from alloc import NotApplicable, Status, Vehicle
 from alloc.allocation import FloatArray, IndexArray
 from alloc.errors import NotInstalled
 from alloc.program import Faults, Scalar, Where
-from bench.chips import cap, esc, monitor, search
+from bench.chips import cap, esc, foreign, monitor, search
 from bench.chips.agreement import agreement
 from bench.chips.bounds import Unbounded, bound, least_instructions
 from bench.chips.count import CallCounts, count
@@ -54,6 +54,7 @@ class Plan:
     demands : names of the sets that every vehicle is asked, before the search for the most costly demand
     seed : of demands and search
     n : demands of each set
+    theirs : an allocator of somebody's, which stands among the methods by its name
     """
 
     vehicles: tuple[Vehicle, ...]
@@ -65,6 +66,12 @@ class Plan:
     demands: tuple[str, ...]
     seed: int
     n: int
+    theirs: foreign.Foreign | None = None
+
+    @property
+    def foreign_name(self) -> str:
+        """Name of somebody's allocator; empty without one."""
+        return self.theirs.name if self.theirs else ""
 
 
 def emulate(plan: Plan) -> Iterator[Emulated]:
@@ -73,7 +80,7 @@ def emulate(plan: Plan) -> Iterator[Emulated]:
     Raises UnknownName or DemandError at once, before anything is counted.
     """
     for method in plan.methods:
-        if method not in BESIDE:
+        if method not in (*BESIDE, plan.foreign_name):
             check(method)
     return _rows(plan, [(vehicle, _sets(vehicle, plan)) for vehicle in plan.vehicles])
 
@@ -104,9 +111,11 @@ def _rows(plan: Plan, asked: list[tuple[Vehicle, list[DemandSet]]]) -> Iterator[
                     row, beside.kernel(vehicle, scalar, limits), vehicle, processor, plan.n
                 )
                 continue
-            yield from _kernel_rows(
-                row, build_kernel(method, vehicle, scalar, limits, plan.faults), processor, sets
-            )
+            if plan.theirs and method == plan.foreign_name:
+                made = foreign.kernel(plan.theirs, vehicle, limits)
+            else:
+                made = build_kernel(method, vehicle, scalar, limits, plan.faults)
+            yield from _kernel_rows(row, made, processor, sets)
         except NotInstalled as lacking:
             yield msgspec.structs.replace(row, status="missing", reason=str(lacking))
         except NotApplicable as refusal:
@@ -200,7 +209,8 @@ def _search(image: Image, sets: list[DemandSet], seed: int) -> DemandSet:
 
 
 def _counted(row: Emulated, demands: DemandSet, image: Image, counted: CallCounts) -> Emulated:
-    agreed = agreement(image.kernel, demands, counted)
+    is_foreign = image.kernel.library is not None
+    agreed = (foreign.agreement if is_foreign else agreement)(image.kernel, demands, counted)
     known = cycles(image, image.kernel.calls(demands.taus, *demands.limits), counted)
     values, calls = np.unique(counted.instructions, return_counts=True)
     return msgspec.structs.replace(
@@ -214,7 +224,7 @@ def _counted(row: Emulated, demands: DemandSet, image: Image, counted: CallCount
         agrees=agreed.agrees,
         distance_rel_max=agreed.distance_rel_max,
         other_verdicts=agreed.other_verdicts,
-        least=least_instructions(image.kernel, demands.vehicle),
+        least=None if is_foreign else least_instructions(image.kernel, demands.vehicle),
         **_delivered(demands, counted),
     )
 

@@ -7,6 +7,9 @@ import click
 
 from bench.commands import FAULTS, PATH, RUNS, unread_output
 
+BESIDE = ("clip", "scaled")
+"""Methods that are counted beside somebody's C where none is named."""
+
 
 @click.command()
 @click.option(
@@ -16,6 +19,11 @@ from bench.commands import FAULTS, PATH, RUNS, unread_output
 @click.option(
     "--method", "methods", multiple=True, metavar="M", help="A method that has C [all], esc, monitor, cap."
 )
+@click.option(
+    "--sources", multiple=True, metavar="C", help="An allocator of your own: its C files, 'src/*.c'."
+)
+@click.option("--include", multiple=True, type=PATH, metavar="DIR", help="Its headers, with --sources.")
+@click.option("--interface", type=PATH, metavar="H", help="Its copy of thrustbench_allocator.h [ours].")
 @click.option("--demands", multiple=True, metavar="D", help="A demand set's name [one a class, a mission].")
 @click.option("--double", "scalars", flag_value="double", help="Double precision only.")
 @click.option("--float", "scalars", flag_value="float", help="Single precision only.")
@@ -42,6 +50,9 @@ def command(
     vehicles: tuple[str, ...],
     targets: tuple[str, ...],
     methods: tuple[str, ...],
+    sources: tuple[str, ...],
+    include: tuple[Path, ...],
+    interface: Path | None,
     demands: tuple[str, ...],
     scalars: str | None,
     limits: tuple[Literal["fixed", "call"], ...],
@@ -55,13 +66,16 @@ def command(
 
     Beside each count stands callgrind's of the same C on x86-64. Exit code 1 where this project's C does not
     answer as Python does (what solvers' does is in the report), 2 where a --target lacks its tools, or no C
-    is written. `make emulate` installs what this needs.
+    is written. `make emulate` installs what this needs. --sources counts somebody's C behind
+    thrustbench_allocator.h, in the precision that it says (--float defines TBA_FLOAT), beside `clip` and
+    `scaled` where no --method is given; its answers must be those of the same C on this machine.
     """
     from rich.console import Console
 
     from alloc import NotApplicable, list_vehicles, load_vehicle
     from alloc.errors import NotInstalled
     from bench.chips import kernels
+    from bench.chips.foreign import find_sources
     from bench.chips.processors import processor, processors
     from bench.chips.study import CLASSES, Plan, write
     from bench.report import render
@@ -69,6 +83,13 @@ def command(
 
     for name in targets:
         processor(name)  # raises for one that is not known
+    if (include or interface) and not sources:
+        raise click.UsageError("--include and --interface are of --sources; give that too")
+    foreign = find_sources(sources, include, interface, single=scalars == "float") if sources else None
+    if foreign is not None:
+        if scalars and scalars != foreign.scalar:
+            raise click.UsageError(f"{foreign.name}: says {foreign.scalar}; leave out --{scalars}")
+        methods, scalars = (foreign.name, *kernels.as_c(methods or BESIDE)), foreign.scalar
     counted = [one for one in processors() if one.callgrind or not targets or one.name in targets]
     plan = Plan(
         vehicles=tuple(load_vehicle(name) for name in vehicles or list_vehicles()),
@@ -80,6 +101,7 @@ def command(
         demands=demands or CLASSES,
         seed=seed,
         n=n,
+        theirs=foreign,
     )
     console = Console(highlight=False, markup=False, soft_wrap=True)
     good = True
