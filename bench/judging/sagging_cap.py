@@ -13,6 +13,7 @@ from alloc import AllocError, Vehicle, build
 from alloc.allocation import FloatArray
 from bench.demands import build_demands
 from bench.judging.judge import rounded
+from bench.judging.last_metre import linear
 from bench.judging.loss import share_along
 from bench.record import CapExcess
 
@@ -29,6 +30,7 @@ AHEAD, FAST, BRAKE = 5.0, 1.5, 2.5
 WITHIN = "scaled, within the cap, rounded to commands"
 FEEDBACK = "scaled, ArduSub's current limiter behind it"
 WITHOUT = "scaled, without"
+MIXED = "ArduSub's mixer and current limiter, outputs linear in pulses"
 
 
 def output_factor(factor: float, amps: float, before: float, most: float, dt: float) -> float:
@@ -41,11 +43,11 @@ def output_factor(factor: float, amps: float, before: float, most: float, dt: fl
     return float(np.clip(factor + dt / (dt + TIME_CONSTANT) * (1.0 - r), 0.0, 1.0))
 
 
-def fed_back(vehicle: Vehicle, F: FloatArray, caps: FloatArray, volts: float, dt: float) -> FloatArray:
-    """Thrusts (N, n) made of F (N, n) [N] behind the limiter, with caps (N,) [A] and loops of dt [s]."""
+def fed_back(vehicle: Vehicle, u: FloatArray, caps: FloatArray, volts: float, dt: float) -> FloatArray:
+    """Thrusts (N, n) [N] of commands u (N, n) behind the limiter, with caps (N,) [A] and loops of dt [s]."""
     neutral = np.array([esc.neutral for esc in vehicle.esc])
-    full, draw = vehicle.commands(F, volts).u - neutral, vehicle.draw(volts)
-    made = np.empty(F.shape)
+    full, draw = u - neutral, vehicle.draw(volts)
+    made = np.empty(u.shape)
     factor, amps, before = 1.0, 0.0, 0.0
     for i, most in enumerate(caps.tolist()):
         factor, before = output_factor(factor, amps, before, most, dt), amps
@@ -78,9 +80,12 @@ def cap_excesses(vehicle: Vehicle, seed: int) -> list[CapExcess]:
     )
     ways = {
         WITHIN: vehicle.commands(within, volts, f_min=limits[0], f_max=limits[1], cap=caps[counted]).f,
-        FEEDBACK: fed_back(vehicle, F, caps, volts, dt)[counted],
+        FEEDBACK: fed_back(vehicle, vehicle.commands(F, volts).u, caps, volts, dt)[counted],
         WITHOUT: F[counted],
     }
+    if vehicle.autopilot is not None and vehicle.autopilot.method == "ardusub":
+        pulses = linear(vehicle, build("ardusub", vehicle).many(taus)[0])
+        ways[MIXED] = fed_back(vehicle, pulses, caps, volts, dt)[counted]
     found = []
     for way, made in ways.items():
         over = draw.amps(made).sum(axis=1) - caps[counted]

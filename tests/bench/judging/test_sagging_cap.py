@@ -8,7 +8,7 @@ import pytest
 from alloc import Vehicle, load_vehicle
 from alloc.vehicle.current import Cap
 from bench.demands import DemandSet, labelled
-from bench.judging.sagging_cap import FEEDBACK, WITHIN, WITHOUT, cap_excesses, fed_back, output_factor
+from bench.judging.sagging_cap import FEEDBACK, MIXED, WITHIN, WITHOUT, cap_excesses, fed_back, output_factor
 
 DT, TC = 0.01, 5.0
 LOOP = DT / (DT + TC)
@@ -37,7 +37,8 @@ def test_the_factor_follows_the_current_of_now_or_of_five_loops_on(
 
 def test_the_limiter_lets_the_first_current_through_and_ends_at_the_cap() -> None:
     f = np.full((600, 8), 20.0)
-    amps = VEHICLE.draw(12.0).amps(fed_back(VEHICLE, f, np.full(600, 20.0), 12.0, 0.1)).sum(axis=1)
+    u = VEHICLE.commands(f, 12.0).u
+    amps = VEHICLE.draw(12.0).amps(fed_back(VEHICLE, u, np.full(600, 20.0), 12.0, 0.1)).sum(axis=1)
     assert amps[0] == pytest.approx(VEHICLE.draw(12.0).amps(f[0]).sum(), rel=0.01)
     assert amps[0] > 2 * 20.0
     assert amps[-1] == pytest.approx(20.0, rel=0.02)
@@ -57,6 +58,19 @@ def test_allocation_within_the_cap_never_exceeds_it_and_the_limiter_does(
     assert found[FEEDBACK].over_share < found[WITHOUT].over_share
     assert found[WITHIN].share_p50 < 1.0
     assert found[WITHOUT].share_min == pytest.approx(1.0)
+    assert found[MIXED].share_p50 < found[WITHIN].share_p50
+
+
+def test_a_mixer_s_output_is_a_share_of_the_pulse_and_its_thrust_is_on_the_curve(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Half of input forward, 141.4 N: four outputs of a half, so 1300 and 1700 µs."""
+    ahead = labelled("mission", VEHICLE, np.array([[141.42 / 2, 0, 0, 0, 0, 0]]), rate_hz=100.0)
+    monkeypatch.setattr("bench.judging.sagging_cap.build_demands", lambda *_: ahead)
+    seen = []
+    monkeypatch.setattr("bench.judging.sagging_cap.fed_back", lambda _, u, *rest: seen.append(u) or 0.0 * u)
+    cap_excesses(VEHICLE, 0)
+    assert seen[-1][0] == pytest.approx([1300, 1300, 1700, 1700, 1500, 1500, 1500, 1500])
 
 
 def test_a_vehicle_without_a_cap_or_a_voltage_is_not_flown() -> None:
