@@ -19,7 +19,7 @@ from alloc.allocation import FloatArray
 from alloc.errors import UnknownName
 from alloc.files.modules import modules
 from alloc.qp import Posed
-from alloc.reach.way import Way
+from alloc.reach.way import Levels, Way
 from alloc.vehicle import Vehicle
 
 
@@ -91,11 +91,17 @@ class EndOf:
 
 
 class Part(NamedTuple):
-    """One way out of those whose answers are mixed, with its w and its vehicle (``Vehicle.mixture``)."""
+    """One way out of those whose answers are mixed, with its w and its vehicle (``Vehicle.mixture``).
+
+    Attributes
+    ----------
+    level_indices : of each share of an answer, which level of the way it is of
+    """
 
     w: float
     vehicle: Vehicle
     way: Way
+    level_indices: list[int]
 
 
 def mixed(answers: Sequence[FloatArray], ws: Sequence[float]) -> FloatArray:
@@ -125,7 +131,11 @@ class Formulation:
     reference_demands : function of the vehicle, the demands and the limits of each that returns the demands
         (N, k) [N, N m] that a reference is asked
     way : function of a vehicle that returns the ``Way`` from thrusts at rest towards a demand, where answers
-        say what share of each of its levels they deliver; None where there are no levels
+        say what share of each of its levels they deliver; None where there are no levels. Given levels, too,
+        through these, where ``apart`` has several
+    apart : function of a vehicle that returns the levels of its ways, each with its w, where answers of
+        several ways are mixed; the first are those of ``way``
+    reaches_all : function of a vehicle that returns whether every attainable demand is reached
     pose : function of a vehicle that returns its problem as a QP, whose duality gap certifies an answer, and
         takes ``shared`` where solvers answer it (``alloc.qp.problem``); None where the formulation is no QP
     """
@@ -140,7 +150,9 @@ class Formulation:
     keeps_inside: bool = True
     references: tuple[str, ...] = ()
     reference_demands: ReferenceDemands = as_they_are
-    way: Callable[[Vehicle], Way] | None = None
+    way: Callable[..., Way] | None = None
+    apart: Callable[[Vehicle], Sequence[tuple[float, Levels]]] = lambda _: ((1.0, ()),)
+    reaches_all: Callable[[Vehicle], bool] = lambda _: True
     pose: Callable[..., Posed] | None = None
 
     def subject(self, vehicle: Vehicle) -> Vehicle:
@@ -151,24 +163,30 @@ class Formulation:
         return vehicle.mixture[0][1] if self.way else vehicle
 
     def parts(self, vehicle: Vehicle) -> tuple[Part, ...]:
-        """The ways whose answers are mixed, one of each vehicle in ``Vehicle.mixture``."""
+        """The ways whose answers are mixed: through each levels of ``apart``, of each ``Vehicle.mixture``."""
         assert self.way is not None
-        own = self.way(vehicle)
-        return tuple(
-            Part(w, each, own if each is vehicle.strong else Way(each, own.levels, own.keep))
-            for w, each in vehicle.mixture
-        )
+        apart, found = self.apart(vehicle), list[Part]()
+        for i, (w, levels) in enumerate(apart):
+            own = self.way(vehicle, levels) if i else self.way(vehicle)
+            first = own if not i else found[0].way
+            of = [next(j for j, axes in enumerate(own.levels) if level[0] in axes) for level in first.levels]
+            less = w - (apart[i + 1][0] if i + 1 < len(apart) else 0.0)
+            behind = w - less
+            for v, each in vehicle.mixture:
+                way = own if each is vehicle.strong else Way(each, own.levels, own.keep)
+                found.append(Part(behind + less * v, each, way, of))
+        return tuple(found)
+
+    def mixes(self, vehicle: Vehicle) -> bool:
+        """True if answers for this vehicle are mixed out of those of several ways."""
+        return self.way is not None and (len(vehicle.mixture) > 1 or len(self.apart(vehicle)) > 1)
 
     def optimal_for(self, vehicle: Vehicle) -> bool:
         """True if answers are optimal for this vehicle too: groups that share thrusters take turns.
 
-        A mixture of optima (``Vehicle.mixture``) is none.
+        A mixture of optima is none.
         """
-        if self.way and len(vehicle.mixture) > 1:
-            return False
-        if not (self.optimal and self.way and vehicle.groups):
-            return self.optimal
-        return min(self.way(vehicle).keep) == 1.0
+        return self.optimal and not self.mixes(vehicle) and self.reaches_all(vehicle)
 
 
 @cache

@@ -1,19 +1,33 @@
 """The least effort for the wrench that is reached straight in each group of axes.
 
 What the thrusters of one group can't push takes nothing from the others: a yaw that saturates does not slow
-heave. The groups are the file's, or the axes that share thrusters on the vehicle without faults. Groups that
-share thrusters go one after the other, as the levels of priority do.
+heave. The groups are the file's, or the axes that share thrusters on the vehicle without faults by more than
+a survey's error. Groups that share thrusters go one after the other, as the levels of priority do; where only
+noise couples them, all but the last stop short of the edge by what the others need beside them.
 """
 
 from alloc.formulations import EXACT_METHODS, EndOf, Family, Formulation
-from alloc.reach.way import Way, groups, keeps
+from alloc.reach.way import Levels, Way, fit_share, keeps, separations
 from alloc.vehicle import Vehicle
 
 
-def straight_in_each_group(vehicle: Vehicle) -> Way:
+def axes_apart(vehicle: Vehicle) -> list[tuple[float, Levels]]:
+    """The file's groups, or those by ``separations``."""
+    return [(1.0, vehicle.groups)] if vehicle.groups else [*separations(vehicle)]
+
+
+def straight_in_each_group(vehicle: Vehicle, levels: Levels = ()) -> Way:
     """A level a group; to the edge where none that comes later shares a thruster, and so nothing is left."""
-    levels = vehicle.groups or groups(vehicle, vehicle.T)
-    return Way(vehicle.strong, levels, keeps(vehicle, levels))
+    levels, strong = levels or axes_apart(vehicle)[0][1], vehicle.strong
+    keep = keeps(vehicle, levels)
+    if min(keep) < 1.0 and not vehicle.groups:
+        keep = keeps(vehicle, levels, fit_share(strong, levels))
+    return Way(strong, levels, keep)
+
+
+def is_independent(vehicle: Vehicle) -> bool:
+    """True where no group shares a thruster with another."""
+    return min(keeps(vehicle, axes_apart(vehicle)[0][1])) == 1.0
 
 
 FORMULATION = Formulation(
@@ -26,4 +40,6 @@ FORMULATION = Formulation(
     references=EXACT_METHODS,
     reference_demands=EndOf(straight_in_each_group),
     way=straight_in_each_group,
+    apart=axes_apart,
+    reaches_all=is_independent,
 )

@@ -38,14 +38,18 @@ def by_level(
 
     With ``faults`` one program serves many: a failed thruster has limits of zero. Left out are faults that
     lose a direction where there are several levels, since their steps differ, and faults that leave a
-    direction weak or counted in part, since their equations differ. If the whole vehicle has such a
+    direction weak or counted in part, since their equations differ, and faults whose levels stop at other
+    shares. If the whole vehicle has such a
     direction, T differs between faults and the program serves the whole vehicle alone.
     """
-    first, *others = formulation.parts(vehicle)
+    first, *others = parts = formulation.parts(vehicle)
+    keeps = [part.way.keep for part in parts]
     known = {
         fault: state
         for fault, state in (shared_states(vehicle) if faults and first.vehicle is vehicle else {}).items()
-        if state.mixture[0][1] is state and (len(first.way.levels) == 1 or state.rank == vehicle.rank)
+        if state.mixture[0][1] is state
+        and (len(first.way.levels) == 1 or state.rank == vehicle.rank)
+        and [part.way.keep for part in formulation.parts(state)] == keeps
     }
     builder = Builder(first.vehicle, limits, scalar, known)
     answers = [_one(builder, vehicle, first)]
@@ -53,6 +57,7 @@ def by_level(
         builder.fence()
         builder.vehicle = part.vehicle
         answers.append(_one(builder, vehicle, part))
+        answers[-1] = answers[-1]._replace(shares=[answers[-1].shares[level] for level in part.level_indices])
     found = _mixed(builder, answers, [part.w for part in others])
     status = select(found.met, Status.SOLVED, Status.PARTIAL)
     return builder.program(all_thrusters(builder, found.thrusts), status, found.shares)
@@ -67,7 +72,7 @@ class _Answer(NamedTuple):
 
 
 def _mixed(builder: Builder, answers: list[_Answer], ws: list[float]) -> _Answer:
-    """The weighted sum of answers by ``Vehicle.mixture``."""
+    """The weighted sum of answers by ``Formulation.parts``."""
     found = answers[0]
     for (before, one), w in zip(pairwise(answers), ws, strict=True):
         f = {i: found.thrusts[i] + w * (x - before.thrusts[i]) for i, x in one.thrusts.items()}

@@ -7,7 +7,7 @@ from alloc.errors import FileError, VehicleError
 from alloc.lint.autopilot import choose, on_autopilot
 from alloc.lint.current import on_current
 from alloc.lint.esc import on_esc
-from alloc.lint.failures import failures, on_exact_method, on_failures, on_groups, on_weak, pairs
+from alloc.lint.failures import failures, on_exact_method, on_failures, on_weak, pairs
 from alloc.lint.geometry import (
     on_columns,
     on_digits,
@@ -62,7 +62,6 @@ def check_vehicle(name: str | Path, autopilot: str = "") -> Report:
         collected += on_current(keys, vehicle)
         collected += on_weights(vehicle)
         collected += on_weak(vehicle)
-        collected += on_groups(vehicle)
         collected += on_autopilot(vehicle, poses(keys, T))
         lost, both = tuple(failures(vehicle)), tuple(pairs(vehicle))
         collected += on_failures(lost, condition(vehicle.strong))

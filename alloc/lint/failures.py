@@ -10,13 +10,11 @@ import numpy as np
 from alloc.allocation import FloatArray
 from alloc.errors import NotApplicable, VehicleError
 from alloc.formulations import mixed
-from alloc.lint.report import Failure, Level, Pairs, Remark, note, percent, together, warning
+from alloc.lint.report import Failure, Level, Pairs, Remark, percent, together, warning
 from alloc.nullspace.allocator import exact
 from alloc.reach.attainable import FACETS, alpha_range
-from alloc.reach.way import groups
 from alloc.vehicle import Vehicle
 from alloc.vehicle.condition import condition
-from alloc.vehicle.weak import WEAK, doubts
 
 INVOLVED = 0.3
 """Share of a lost direction's largest coefficient from which an axis is named, with rows of unit length."""
@@ -163,25 +161,6 @@ def on_weak(vehicle: Vehicle) -> Iterator[Remark]:
             f"{' and '.join(each.axes)}: {percent(each.authority)} % of {best}, {less}; scaled and priority"
             f" {do}; nullspace and the QPs hold it at zero with all the thrust that takes, or refuse, and"
             " clip misses the rest: leave it out of 'dof', or survey finer",
-        )
-
-
-NOISE = 2.0 * WEAK
-"""Entry of T over its error up to which it couples two groups of axes by noise alone."""
-
-
-def on_groups(vehicle: Vehicle) -> Iterator[Remark]:
-    """A remark where no more than the survey's error makes axes one group of ``scaled-by-group``."""
-    if vehicle.groups:
-        return
-    errors = np.sqrt(doubts(vehicle.T, vehicle.dof, vehicle.survey, np.eye(vehicle.k), vehicle.poses))
-    apart = groups(vehicle, np.where(np.abs(vehicle.T) > NOISE * errors, vehicle.T, 0.0))
-    if len(apart) > len(groups(vehicle, vehicle.T)):
-        named = ", ".join(f"[{', '.join(axes)}]" for axes in apart)
-        yield note(
-            "groups",
-            f"what a survey of {vehicle.survey.words} can make couples axes that share no thruster else;"
-            f" scaled-by-group scales them together, but for 'groups: [{named}]'",
         )
 
 

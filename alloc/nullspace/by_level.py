@@ -52,7 +52,7 @@ class ByLevel:
 
     def __init__(self, vehicle: Vehicle, part: Part, formulation: str) -> None:
         """Prepare the exact answer at the way's end; raises NotApplicable where it is refused."""
-        self.formulation, self.w = formulation, part.w
+        self.formulation, self.w, self.level_indices = formulation, part.w, part.level_indices
         self._vehicle, strong, way = vehicle, part.vehicle, part.way
         self._way = way
         self._exact = exact(strong, tolerance=inf)
@@ -207,7 +207,7 @@ class ByLevel:
 
 
 class Mixed:
-    """The allocator of several ways whose answers are mixed: see ``Vehicle.mixture``.
+    """The allocator of several ways whose answers are mixed: see ``Formulation.parts``.
 
     Shares and residuals are mixed as thrusts are, so that they say what these make. SOLVED says that each
     part is SOLVED.
@@ -216,7 +216,7 @@ class Mixed:
     limited = True
 
     def __init__(self, vehicle: Vehicle, parts: Sequence[ByLevel]) -> None:
-        """Wrap the allocators of the parts, in the order of ``Vehicle.mixture``."""
+        """Wrap the allocators of the parts, in the order of ``Formulation.parts``."""
         self._parts, self._ws = parts, [part.w for part in parts]
         self._vehicle, self._limits_of_call = vehicle, at_call(vehicle.strong, held=True)
         self.formulation = parts[0].formulation
@@ -238,7 +238,10 @@ class Mixed:
         worst = max(answers, key=lambda one: one.status)  # INFEASIBLE is above PARTIAL, SOLVED below
         if worst.status == Status.INFEASIBLE:
             return worst
-        share = mixed([np.array(one.share) for one in answers], self._ws)
+        share = mixed(
+            [np.array(one.share)[part.level_indices] for one, part in zip(answers, self._parts, strict=True)],
+            self._ws,
+        )
         return answer(
             np.clip(mixed([one.f for one in answers], self._ws), *self._limits_of_call(f_min, f_max)),
             worst.status,

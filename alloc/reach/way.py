@@ -52,11 +52,11 @@ def step_maps(vehicle: Vehicle, levels: Levels) -> FloatArray:
     return maps * (unit[:, None] / unit)
 
 
-def keeps(vehicle: Vehicle, levels: Levels) -> list[float]:
+def keeps(vehicle: Vehicle, levels: Levels, keep: float = KEEP) -> list[float]:
     """Share of its way to the edge taken by each level: all of it where no later level shares a thruster."""
     parts = [{*part} for part in groups(vehicle, vehicle.T)]
     reached = [{i for i, part in enumerate(parts) if part & {*level}} for level in levels]
-    return [KEEP if any(own & later for later in reached[j + 1 :]) else 1.0 for j, own in enumerate(reached)]
+    return [keep if any(own & later for later in reached[j + 1 :]) else 1.0 for j, own in enumerate(reached)]
 
 
 def pushes(vehicle: Vehicle, T: FloatArray, least: float) -> BoolArray:
@@ -78,6 +78,40 @@ def groups(
     connected = np.linalg.matrix_power(linked, vehicle.k)
     names = (tuple(vehicle.dof[i] for i in np.flatnonzero(row)) for row in connected)
     return tuple(dict.fromkeys(names))
+
+
+def separations(vehicle: Vehicle) -> list[tuple[float, tuple[tuple[str, ...], ...]]]:
+    """The axes in ``groups`` that are coupled by more than a survey's error, each with its w [-].
+
+    Entries of T that count in part (``Vehicle.entry_counts``) couple axes by so much: the first groups are
+    those that they leave apart, and behind it come coarser ones with the share w to which their axes are one
+    group, the largest w first. On most vehicles there are the first alone.
+    """
+    counts, found = vehicle.entry_counts, [(1.0, groups(vehicle, _coupling(vehicle, 1.0)))]
+    for w in sorted({*counts[(counts > 0.0) & (counts < 1.0)].tolist()}, reverse=True):
+        coarser = groups(vehicle, _coupling(vehicle, w))
+        if len(coarser) < len(found[-1][1]):
+            found.append((w, coarser))
+    return found
+
+
+def _coupling(vehicle: Vehicle, least: float) -> FloatArray:
+    """T (k, n) without the entries that count by less."""
+    return np.where(vehicle.entry_counts >= least, vehicle.T, 0.0)
+
+
+def fit_share(vehicle: Vehicle, levels: Levels) -> float:
+    """Share of their ways to the edge that groups of axes can all go at once [-].
+
+    Each group alone reaches h_g(c) along a normal c of the attainable set, of which the set has h(c): the
+    least h(c) / sum of h_g(c). It is 1 where no thruster is shared, and less by as much as noise couples.
+    """
+    normals, wide = edge(vehicle).normals, vehicle.f_max - vehicle.f_min
+    rows = [[vehicle.dof.index(axis) for axis in level] for level in levels]
+    alone = sum(np.abs(normals[:, each] @ vehicle.TP[each]) @ wide for each in rows)
+    together = np.abs(normals @ vehicle.TP) @ wide
+    fits = np.divide(together, alone, out=np.ones(len(normals)), where=alone > together)
+    return float(fits.min(initial=1.0))
 
 
 CHUNK = 4096

@@ -19,7 +19,18 @@ from alloc.vehicle.frame import Frame, checked_frame, turned
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.limits import Interval, Slew, VoltageTable, of_a_moment
 from alloc.vehicle.names import Priority, check_names, checked_levels, checked_priority, index_of
-from alloc.vehicle.weak import ALL_WEAK, DRAWN, Directions, Survey, check_limit, directions, omissions
+from alloc.vehicle.weak import (
+    ALL_WEAK,
+    DRAWN,
+    WEAK,
+    Directions,
+    Survey,
+    check_limit,
+    couplings,
+    directions,
+    doubts,
+    omissions,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,6 +188,19 @@ class Vehicle:
     def counts(self) -> FloatArray:
         """(k,) share to which each of the ``directions`` counts: 0 of a weak or lost one, 1 of most [-]."""
         return _frozen(self.directions.counts(self.rank, self.weak_limit))
+
+    @cached_property
+    def entry_counts(self) -> FloatArray:
+        """(k, n) share to which each entry of T couples its axis with others: 0 of noise, 1 of most [-].
+
+        As ``counts``, of an entry and its own error; in place of sigma / sigma_max is its size over the
+        largest one's.
+        """
+        if self.weak_limit is None:
+            errors = doubts(self.T, self.dof, self.survey, np.eye(self.k), self.poses)
+            return _frozen(couplings(np.abs(self.T), WEAK * np.sqrt(errors)))
+        sizes = np.abs(self.T) / self.directions.scale[:, None]
+        return _frozen(couplings(sizes, np.full(sizes.shape, self.weak_limit * sizes.max())))
 
     @property
     def weak(self) -> FloatArray:

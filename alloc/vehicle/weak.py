@@ -103,9 +103,7 @@ class Directions(NamedTuple):
 
         Between, w is linear in sigma. Those beyond the rank are weak; ``below`` as ``Vehicle.weak_limit``.
         """
-        largest = WEAK * self.epsilon if below is None else np.full(len(self.sigma), below * self.sigma[0])
-        times = np.divide(self.sigma, largest, out=np.full(len(self.sigma), np.inf), where=largest > 0.0)
-        found: FloatArray = np.clip(times - 1.0, 0.0, 1.0)
+        found = count_shares(self.sigma, WEAK * self.epsilon if below is None else below * self.sigma[:1])
         found[rank:] = 0.0
         return found
 
@@ -120,15 +118,31 @@ class Directions(NamedTuple):
         A, U = T / self.scale[:, None], (self.rows[weak] * self.scale).T
         rms = np.linalg.norm(A) / np.sqrt(2.0) * self.scale
         if not len(weak):
-            return T, _counted(own, rms)
+            return T, _lengths(own, rms)
         strong = A[:, working] - U @ (U.T @ A[:, working])
         strong[np.abs(strong) <= ROUNDED * np.abs(A).max()] = 0.0
         whole = T.copy()
         whole[:, working] = strong * self.scale[:, None]
-        return whole, _counted(np.linalg.norm(whole, axis=1), rms)
+        return whole, _lengths(np.linalg.norm(whole, axis=1), rms)
 
 
-def _counted(own: FloatArray, rms: FloatArray) -> FloatArray:
+def count_shares(sizes: FloatArray, largest: FloatArray) -> FloatArray:
+    """Share to which each size counts: 0 up to the ``largest`` that is weak, 1 from twice that on [-]."""
+    times = np.divide(sizes, largest, out=np.full(sizes.shape, np.inf), where=largest > 0.0)
+    found: FloatArray = np.clip(times - 1.0, 0.0, 1.0)
+    return found
+
+
+def couplings(sizes: FloatArray, largest: FloatArray) -> FloatArray:
+    """Share to which each entry couples its axis: 0 up to 3/2 of the ``largest`` weak one, 1 from 2 on [-].
+
+    A direction averages the errors of many entries, and noise alone seldom takes it beyond WEAK. It takes one
+    entry in thirty there, next to none beyond 3/2 of that, and a mixture costs as much as two answers.
+    """
+    return np.clip(2.0 * count_shares(sizes, largest) - 1.0, 0.0, 1.0)
+
+
+def _lengths(own: FloatArray, rms: FloatArray) -> FloatArray:
     """Lengths (k,) that rows count with: their own, or below SHORT longer ones, up to the rms for nothing."""
     return np.where(own < SHORT * rms, rms - own * (1.0 - SHORT) / SHORT, own)
 

@@ -57,7 +57,8 @@ def misstated(
         ends_at = low, np.maximum(low, high)
         each = [part.way.towards_many(taus, part.way.departure(*ends_at)) for part in parts]
         end = across(vehicle, mixed([ends for ends, _ in each], [part.w for part in parts]))
-        taken -= mixed([shares for _, shares in each], [part.w for part in parts])
+        reached = [shares[:, part.level_indices] for (_, shares), part in zip(each, parts, strict=True)]
+        taken -= mixed(reached, [part.w for part in parts])
         wrong[rows] = ~(np.abs(taken).max(axis=1, initial=0.0) <= allowed)
     off = np.abs((f[rows] @ seen.TP.T - end) / seen.wrench_scale).max(axis=1, initial=0.0)
     wrong[rows] |= ~(off <= allowed)

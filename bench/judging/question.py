@@ -222,7 +222,7 @@ def _right(
     if len(taken) > 1:  # answers a little before an end, and twice as far before it
         pairs = zip(taken[::2], taken[1::2], strict=True)
         ends = [np.where(np.isfinite(2 * near - far), 2 * near - far, near) for near, far in pairs]
-        F = mixed(ends, [w for w, _ in vehicle.mixture])
+        F = mixed(ends, [part.w for part in formulation.parts(vehicle)])
     optimal = formulation.optimal_for(vehicle)
     return _closed_form_where_inactive(question, F, formulation) if optimal else F
 

@@ -131,7 +131,7 @@ def answer_claims(of: Subject, demands: int = DEMANDS) -> list[Claim]:
         checks += [(SHARES, lambda each: _shares(each, of)), (DELIVERED, lambda each: _delivered(each, of))]
     if not formulation.way:
         return [_claim(sentence, answers, check) for sentence, check in checks]
-    mixes = {fault: each for fault, each in answers.items() if len(each.whole.mixture) > 1}
+    mixes = {fault: each for fault, each in answers.items() if formulation.mixes(each.whole)}
     alone = {fault: each for fault, each in answers.items() if fault not in mixes}
     weak = any(each.whole.weak_left.any() for each in alone.values())
     claims = []
@@ -162,10 +162,10 @@ def _claim(
 
 
 def _solved(answers: FaultAnswers, which: str, formulation: Formulation) -> tuple[int, str]:
-    demands, vehicle = answers.question.demands, answers.vehicle
+    demands = answers.question.demands
     asked = np.isin(demands.labels, (Label.INACTIVE,) if which == INSIDE else (Label.INACTIVE, Label.ACTIVE))
     if which == UNSTOPPED and formulation.way is not None:
-        way = formulation.way(vehicle)
+        way = formulation.parts(answers.whole)[0].way
         low, high = demands.limits
         begin = way.departure(low, np.maximum(low, high))  # where limits cross, nothing is asked
         farther = begin.wrench + FARTHER * (demands.taus - begin.wrench)
@@ -186,10 +186,10 @@ def _made(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
 
 def _wanted(answers: FaultAnswers, of: Subject) -> FloatArray:
     """Wrenches (N, k) of which SOLVED speaks: the demands, without what they ask along weak directions."""
-    taus, way = answers.question.demands.taus, find_formulation(recipe(of.kernel).formulation).way
-    if way is None or not answers.whole.weak_left.any():
+    taus, formulation = answers.question.demands.taus, find_formulation(recipe(of.kernel).formulation)
+    if formulation.way is None or not answers.whole.weak_left.any():
         return taus
-    levels = way(answers.vehicle).levels
+    levels = formulation.parts(answers.whole)[0].way.levels
     return _way_ends(answers, step_maps(answers.vehicle, levels), np.ones((len(taus), len(levels))))
 
 
@@ -260,7 +260,7 @@ def _delivered(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
     way = find_formulation(recipe(of.kernel).formulation).way
     assert way is not None  # a kernel that writes shares has levels
     try:
-        maps = step_maps(answers.vehicle, way(answers.vehicle).levels)
+        maps = step_maps(answers.vehicle, way(answers.whole).levels)
     except NotApplicable as refusal:
         return 0, str(refusal)
     at = _way_ends(answers, maps, answers.share)
@@ -272,11 +272,10 @@ def _delivered(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
 
 
 def _shares(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
-    way = find_formulation(recipe(of.kernel).formulation).way
-    assert way is not None  # a kernel that writes shares has levels
+    formulation = find_formulation(recipe(of.kernel).formulation)
     vehicle, demands = answers.vehicle, answers.question.demands
     try:
-        through = way(vehicle)
+        through = formulation.parts(answers.whole)[0].way
     except NotApplicable as refusal:
         return 0, str(refusal)
     maps, count = step_maps(vehicle, through.levels), 0

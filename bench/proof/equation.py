@@ -121,7 +121,7 @@ def _sides(program: Program, fault: int, of: Subject) -> list[Sides]:
     tau = [atom(nodes.index(entry)) if entry in nodes else Form() for entry in entries]
     solved = _condition_of_solved(program)
     if program.size("share"):
-        if len(of.target.with_fault(fault).mixture) > 1:
+        if find_formulation(recipe(of.kernel).formulation).mixes(of.target.with_fault(fault)):
             raise NotRead("answers of several vehicles are mixed, as a direction counts in part")
         return _by_shares(program, vehicle, tau, solved, of, fault)
     off = {program.outputs["f", fault]: Form()} if fault >= 0 else {}  # zero, by the claim on limits
@@ -176,7 +176,7 @@ def _by_shares(
         begin = {i: atom(node) for i, node in starts.items()}
     way = find_formulation(recipe(of.kernel).formulation).way
     assert way is not None  # a kernel that writes shares has levels
-    maps = step_maps(vehicle, way(vehicle).levels)
+    maps = step_maps(vehicle, way(of.target.with_fault(fault)).levels)
     w = [total(*((T[i], x) for i, x in begin.items() if T[i])) for T in vehicle.TP.tolist()]
     reached = _way_end(w, tau, maps, [atom(part) for part in parts])
     departures = [Fact(atom(node), row=i, weight=FARTHEST) for i, node in starts.items()]

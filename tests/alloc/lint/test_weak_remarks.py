@@ -8,7 +8,7 @@ import pytest
 
 from alloc import Vehicle, load_vehicle
 from alloc.lint.check import check_vehicle
-from alloc.lint.failures import failures, on_failures, on_groups, on_weak, pairs, weak_axes
+from alloc.lint.failures import failures, on_failures, on_weak, pairs, weak_axes
 from alloc.lint.report import as_table
 from alloc.vehicle.weak import WEAK, Survey
 from bench.demands.surveys import fail_thrusters, move_poses
@@ -78,14 +78,3 @@ def test_failures_that_make_a_direction_count_in_part_say_so() -> None:
     assert failure.words.startswith("heave and pitch together counted by 40 %, ")
     said = [level for level, _, words in on_failures([failure], 1.0) if "counted by 40 %" in words]
     assert said == ["warning"]
-
-
-def test_groups_that_only_a_survey_couples_are_named_with_the_key_that_keeps_them_apart() -> None:
-    drawing = load_vehicle("bluerov2-heavy")
-    found = move_poses(drawing, Survey(), np.random.default_rng(1))
-    ((level, key, words),) = on_groups(found)
-    assert (level, key) == ("note", "groups")
-    assert "'groups: [[surge, sway, yaw], [heave, roll, pitch]]'" in words
-    apart = replace(found, groups=(("surge", "sway", "yaw"), ("heave", "roll", "pitch")))
-    for vehicle in (drawing, apart, load_vehicle("bluerov2")):
-        assert list(on_groups(vehicle)) == []

@@ -10,8 +10,7 @@ epsilon: with r_all the least sigma over the largest epsilon, lost directions co
 demand that the drawing can push differs by at most BOUND / r_all, that of any demand by ANY / r_all.
 
 Left out are thrusters that can't reverse: a demand on the rim of the cone they push leaves it by any noise.
-Levels of ``priority`` after the first take what it leaves, which may be anything on drawings too. So does
-``scaled-by-group`` on a survey, where all axes share thrusters by millimetres, and are one group. And where a
+Levels of ``priority`` after the first take what it leaves, which may be anything on drawings too. And where a
 direction is lost a level may own one on the drawing that it does not own on the survey (``way.OWN``).
 """
 
@@ -27,7 +26,7 @@ from alloc.c import missing
 from alloc.c.target import Target
 from alloc.methods import recipe
 from alloc.program import evaluate
-from alloc.reach.way import groups, step_maps
+from alloc.reach.way import step_maps
 from alloc.vehicle.weak import Survey
 from bench.demands.generated import near_degenerate
 from bench.demands.surveys import fail_thrusters, failures, hexarotor, move_poses, pushable_demands
@@ -131,8 +130,6 @@ def check_noise(
     """
     asked, off = 0, []
     for drawn, surveyed, r, r_all, taus in states(name, seed, count, clear=clear):
-        if method == "scaled-by-group" and groups(drawn.strong) != groups(surveyed.strong):
-            continue
         if lost and method == "priority" and owned(drawn) != owned(surveyed):
             continue
         try:
@@ -153,7 +150,7 @@ def check_noise(
             off.append((surveyed.name, surveyed.survey.words, r, r_all, float(change.max())))
     assert off == []
     if not asked:
-        not_asked("each direction is all but lost, or groups differ")
+        not_asked("each direction is all but lost")
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -10,9 +10,10 @@ from alloc import Status, Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.c import missing
 from alloc.c.target import Target
+from alloc.formulations import find_formulation
 from alloc.methods import recipe
 from alloc.program import Scalar, Where, at_fault, evaluate
-from alloc.vehicle.weak import WEAK, Survey
+from alloc.vehicle.weak import WEAK, Survey, doubts
 from bench.demands import labelled
 from bench.demands.surveys import fail_thrusters, hexarotor, move_poses, pushable_demands
 from bench.judging.judge import judge
@@ -133,6 +134,54 @@ def test_c_for_all_faults_mixes_where_a_failure_makes_a_direction_count_in_part(
     own = [np.tile(side, (len(taus), 1)) for side in (degraded.f_min, degraded.f_max)]
     got = evaluate(at_fault(made[5], 5) if made[5].faults else made[5], taus, *own)
     np.testing.assert_allclose(got.F, build("scaled", degraded).many(taus)[0], atol=1e-8 * vehicle.f_scale)
+
+
+def coupled(times: float) -> Vehicle:
+    """A drawing whose thruster 0 heaves too, by so many times what its survey may make of nothing."""
+    vehicle = load_vehicle("bluerov2-heavy")
+    e = np.sqrt(doubts(vehicle.T, vehicle.dof, vehicle.survey, np.eye(vehicle.k)))[2, 0]
+    T = vehicle.T.copy()
+    T[2, 0] = times * e
+    return replace(vehicle, T=T, name=f"{vehicle.name}-{1000 * times:.0f}")
+
+
+def test_groups_of_axes_pass_from_apart_to_together_without_a_step() -> None:
+    """Noise of millimetres made all axes one group: a yaw that saturated took the heave along."""
+    drawing = load_vehicle("bluerov2-heavy")
+    taus = np.vstack([demands(drawing, 12), [200, 0, 60, 0, 0, 90]])
+    method, before = "scaled-by-group", np.zeros(0)
+    for times in np.linspace(0.0, 4.4, 111):
+        F, _ = build(method, coupled(times)).many(taus)
+        if before.size:  # each moves w by 0.04 at most, and thrusts by so much of their widths
+            assert np.abs(F - before).max() <= 0.04 * 2.0 * drawing.f_scale
+        before = F
+    assert len(find_formulation(method).parts(coupled(2.9))) == 1
+    assert len(find_formulation(method).parts(coupled(3.5))) == 2
+    assert len(find_formulation(method).parts(coupled(4.1))[0].way.levels) == 1
+
+
+@pytest.mark.parametrize(("scalar", "error"), [("double", 1e-9), ("float", 2e-3)])
+def test_c_mixes_groups_as_python_does(scalar: Scalar, error: float) -> None:
+    vehicle = coupled(3.4)
+    taus, allocate = demands(vehicle), build("scaled-by-group", vehicle)
+    method = recipe("scaled-by-group")
+    for faults in ("none", "all"):
+        target = Target(vehicle=vehicle, method=method, scalar=scalar, limits="call", faults=faults)
+        ends = [np.tile(side, (len(taus), 1)) for side in (0.7 * vehicle.f_min, 0.5 * vehicle.f_max)]
+        program = target.programs[-1]
+        got = evaluate(at_fault(program, -1) if program.faults else program, taus, *ends)
+        answers = [allocate(tau, *(side[0] for side in ends)) for tau in taus]
+        np.testing.assert_allclose(got.share, [one.share for one in answers], atol=error)
+        np.testing.assert_allclose(got.F, [one.f for one in answers], atol=10 * error * vehicle.f_scale)
+    (question,) = questions([asked := labelled("any", vehicle, taus)], ask_here, {"scaled-by-group"})
+    found = judge(
+        question,
+        [allocate(tau) for tau in asked.taus],
+        formulation="scaled-by-group",
+        limited=True,
+        tolerance=allocate.tolerance,
+    )
+    assert (found.wrong, found.agrees) == ("", True)
 
 
 @pytest.mark.skipif(bool(missing()), reason=missing() or "-")
