@@ -38,9 +38,8 @@ def by_level(
 
     With ``faults`` one program serves many: a failed thruster has limits of zero. Left out are faults that
     lose a direction where there are several levels, since their steps differ, and faults that leave a
-    direction weak or counted in part, since their equations differ, and faults whose levels stop at other
-    shares. If the whole vehicle has such a
-    direction, T differs between faults and the program serves the whole vehicle alone.
+    direction weak or counted in part, since their equations differ, or let levels stop at other shares. If
+    the whole vehicle has such a direction, T differs between faults and the program serves it alone.
     """
     first, *others = parts = formulation.parts(vehicle)
     keeps = [part.way.keep for part in parts]

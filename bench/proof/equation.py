@@ -13,7 +13,7 @@ import numpy as np
 
 from alloc import NotApplicable, Status, Vehicle
 from alloc.allocation import FloatArray
-from alloc.formulations import find_formulation
+from alloc.formulations import Part, find_formulation
 from alloc.kernels.tolerance import WRENCH_ERROR
 from alloc.kernels.walk import EDGE
 from alloc.methods import recipe
@@ -23,6 +23,7 @@ from alloc.reach.way import step_maps
 from bench.chips.toolchain import ToolError
 from bench.proof.comparisons import Comparisons, Fact
 from bench.proof.forms import ONE, UNIT, Form, Product, atom, number, total
+from bench.proof.mixture import demand_forms, programs_of_parts
 from bench.proof.proof import Claim, Miss, unproved
 from bench.proof.source import ANSWERED, NotRead, Subject
 from bench.proof.symbolic import programs
@@ -33,6 +34,10 @@ EQUATION = (
 )
 OVERFLOW = "SOLVED means so where operations overflow, too: what is compared keeps NaN and infinity."
 STRONG = " Of weak directions, left out of T and τ, nothing is said."
+MIXED = (
+    " Where a direction counts in part, each of the answers that are mixed does, and f is their mixture to"
+    " rounding."
+)
 BY = "the comparisons that let an answer leave (bench/proof/equation.py)"
 WIDER = 1.05
 """Times what SOLVED may miss, what an answer may beside rounding: numbers of the comparison are rounded."""
@@ -85,8 +90,7 @@ def program_claims(found: Mapping[int, Program], of: Subject) -> tuple[list[Clai
     words, rows, trusting = list[str](), list[Miss](), list[str]()
     for fault, program in found.items():
         try:
-            sides = _sides(program, fault, of)
-            row = miss_bounds(sides, fault, of, program)
+            sides, row = _bounds(program, fault, of)
         except (NotRead, NotApplicable) as reason:
             words.append(f"fault {fault}: {reason}")
             continue
@@ -99,7 +103,9 @@ def program_claims(found: Mapping[int, Program], of: Subject) -> tuple[list[Clai
             words.append(f"fault {fault}: {row.roundings:.3g} roundings of T f")
     way = find_formulation(recipe(of.kernel).formulation).way
     weak = way is not None and any(of.target.with_fault(fault).weak_left.any() for fault in found)
-    equation = EQUATION + STRONG * weak
+    mixed = find_formulation(recipe(of.kernel).formulation).mixes
+    several = any(mixed(of.target.with_fault(fault)) for fault in found)
+    equation = EQUATION + STRONG * weak + MIXED * several
     if words:
         claims = [unproved(equation, words)]
     else:
@@ -114,16 +120,25 @@ def program_claims(found: Mapping[int, Program], of: Subject) -> tuple[list[Clai
     return claims, rows
 
 
+def _bounds(program: Program, fault: int, of: Subject) -> tuple[list[Sides], Miss]:
+    """Facts on T f and the bounds that they give; of a mixture those of all its parts, and the largest."""
+    whole, formulation = of.target.with_fault(fault), find_formulation(recipe(of.kernel).formulation)
+    if not program.size("share"):
+        sides = _sides(program, fault, of)
+        return sides, miss_bounds(sides, fault, of, program)
+    parts, solved, found, rows = formulation.parts(whole), _condition_of_solved(program), [], []
+    for part, own in zip(parts, programs_of_parts(program, parts, of.scalar), strict=True):
+        sides = _by_shares(own, part, solved, of, fault)
+        found += sides
+        rows.append(miss_bounds(sides, fault, of, own, part.vehicle))
+    largest = [max(getattr(row, name) for row in rows) for name in ("promise", "roundings", "of_tau")]
+    return found, Miss(fault=fault, promise=largest[0], roundings=largest[1], of_tau=largest[2])
+
+
 def _sides(program: Program, fault: int, of: Subject) -> list[Sides]:
     """Facts on T f, and where its wrench is another than tau, those on the difference."""
     nodes, vehicle = program.nodes, recipe(of.kernel).subject(of.target.with_fault(fault))
-    entries = [("input", "tau", j) for j in range(vehicle.k)]
-    tau = [atom(nodes.index(entry)) if entry in nodes else Form() for entry in entries]
-    solved = _condition_of_solved(program)
-    if program.size("share"):
-        if find_formulation(recipe(of.kernel).formulation).mixes(of.target.with_fault(fault)):
-            raise NotRead("answers of several vehicles are mixed, as a direction counts in part")
-        return _by_shares(program, vehicle, tau, solved, of, fault)
+    tau, solved = demand_forms(program, vehicle.k), _condition_of_solved(program)
     off = {program.outputs["f", fault]: Form()} if fault >= 0 else {}  # zero, by the claim on limits
     bounds = Comparisons(program, of.scalar, off, *solved)
     single = {*program.outputs.values(), *(i for i, operation in enumerate(nodes) if operation[0] == "input")}
@@ -155,11 +170,9 @@ def _condition_of_solved(program: Program) -> list[Node]:
     raise NotRead("a status that is no choice between SOLVED and PARTIAL")
 
 
-def _by_shares(
-    program: Program, vehicle: Vehicle, tau: list[Form], solved: list[Node], of: Subject, fault: int
-) -> list[Sides]:
+def _by_shares(program: Program, of_part: Part, solved: list[Node], of: Subject, fault: int) -> list[Sides]:
     """The same of an answer with shares, where thrusts did not have to be drawn in."""
-    nodes = program.nodes
+    nodes, vehicle, tau = program.nodes, of_part.vehicle, demand_forms(program, of_part.vehicle.k)
     shares, drawn = [program.outputs["share", level] for level in range(program.size("share"))], set[Node]()
     outer = [nodes[each] for each in shares]
     if all(kind == "choose" and nodes[operands[0]][0] == "gt" for kind, *operands in outer):
@@ -174,9 +187,7 @@ def _by_shares(
     begin = {i: number(x) for i, x in enumerate(start(vehicle.f_min, vehicle.f_max).tolist())}
     if of.limits == "call":
         begin = {i: atom(node) for i, node in starts.items()}
-    way = find_formulation(recipe(of.kernel).formulation).way
-    assert way is not None  # a kernel that writes shares has levels
-    maps = step_maps(vehicle, way(of.target.with_fault(fault)).levels)
+    maps = step_maps(vehicle, of_part.way.levels)
     w = [total(*((T[i], x) for i, x in begin.items() if T[i])) for T in vehicle.TP.tolist()]
     reached = _way_end(w, tau, maps, [atom(part) for part in parts])
     departures = [Fact(atom(node), row=i, weight=FARTHEST) for i, node in starts.items()]
@@ -189,7 +200,7 @@ def _by_shares(
     lost = [all_of - wanted for all_of, wanted in zip(whole, tau, strict=True)]
     made = _miss_forms(program, bounds, vehicle, reached)
     found = [Sides(made, _cuts(program, bounds), sizes, frozenset(parts), bounds.drops)]
-    if any(each.terms for each in lost) and not of.target.with_fault(fault).weak_left.any():
+    if any(each.terms for each in lost) and vehicle.rank == of.target.with_fault(fault).rank:
         found.append(Sides(lost, facts, departures, frozenset(), False))
     return found
 
@@ -277,9 +288,11 @@ def _outputs(program: Program, bounds: Comparisons, n: int) -> list[Fact]:
     return [Fact(form, row=i) for i, form in enumerate(forms) if form.terms]
 
 
-def miss_bounds(sides: list[Sides], fault: int, of: Subject, program: Program) -> Miss:
-    """The bounds of a fault's misses; raises NotRead where there is none."""
-    vehicle = recipe(of.kernel).subject(of.target.with_fault(fault))
+def miss_bounds(
+    sides: list[Sides], fault: int, of: Subject, program: Program, part: Vehicle | None = None
+) -> Miss:
+    """The bounds of a fault's misses, or of a part's; raises NotRead where there is none."""
+    vehicle = part or recipe(of.kernel).subject(of.target.with_fault(fault))
     far, scale, unit = np.maximum(-of.vehicle.f_min, of.vehicle.f_max), vehicle.wrench_scale, UNIT[of.scalar]
     rounded = unit * np.maximum(np.abs(vehicle.TP) @ far, NOTHING * scale)
     promise = roundings = of_tau = 0.0

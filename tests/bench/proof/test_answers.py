@@ -12,7 +12,7 @@ from alloc.c import printed
 from alloc.c.compiled import compiler
 from alloc.program import Program, Scalar, Where, evaluate
 from bench.proof import Proof, Subject, answers, subject
-from bench.proof.equation import EQUATION, STRONG, equation_claims
+from bench.proof.equation import EQUATION, MIXED, STRONG, equation_claims, program_claims
 from bench.proof.proof import Claim
 from bench.proof.safety.claims import _stateless
 from bench.proof.symbolic import programs as read_back
@@ -194,6 +194,40 @@ def test_mixed_answers_are_held_to_python_s_and_to_no_wrench() -> None:
     (made,) = of.target.programs.values()
     less = replace(of, files=printed(of.target, {-1: with_another_share_of_the_mix(made)}))
     assert answers.MIX in red(less)
+
+
+@pytest.mark.parametrize("kernel", ["scaled", "priority", "scaled-by-group"])
+@pytest.mark.parametrize(("scalar", "limits"), [("double", "fixed"), ("float", "call")])
+def test_each_of_the_answers_that_are_mixed_makes_its_wrench(
+    kernel: str, scalar: Scalar, limits: Where
+) -> None:
+    of = subject(in_part(1.4), kernel, scalar, limits, "none")
+    ((claim,), (_,)) = equation_claims(of)
+    assert (claim.claim, claim.verdict) == (EQUATION + MIXED, "shown")
+    (made,) = of.target.programs.values()
+    for change in (with_another_share_of_the_mix, with_the_answers_exchanged, with_another_second_answer):
+        ((claim,), _) = program_claims({-1: change(made)}, of)
+        assert claim.verdict == "not shown", change
+
+
+def mix_of(program: Program) -> int:
+    """The difference of answers of which the first thrust has w."""
+    (moved,) = program.nodes[program.nodes[program.nodes[program.outputs["f", 0]][1]][1]][2:]
+    return max(program.nodes[moved][1:], key=lambda each: program.nodes[each][0] == "sub")
+
+
+def with_the_answers_exchanged(program: Program) -> Program:
+    node = mix_of(program)
+    return with_node(program, node, "sub", *program.nodes[node][:0:-1])
+
+
+def with_another_second_answer(program: Program) -> Program:
+    """A thousandth more of the first thrust of the second answer, before it is moved onto limits."""
+    node = mix_of(program)
+    at = program.nodes[node][1]
+    more = replace(program, nodes=(*program.nodes, ("const", 1.001), ("mul", len(program.nodes), at)))
+    exchanged: Program = with_node(more, node, "sub", len(program.nodes) + 1, program.nodes[node][2])
+    return exchanged
 
 
 def with_another_share_of_the_mix(program: Program) -> Program:
