@@ -1,80 +1,42 @@
 """Record of a run: facts as they were measured, one line each, written and read here."""
 
-from bench.record.file import FILE_NAME, PACKED, Record, RecordError, parse, read
-from bench.record.fuse import CapExcess, FuseCost, FuseWay, Power
-from bench.record.measured import (
-    FARTHER,
-    SERVED_WITHIN,
-    Authority,
-    AxisCost,
-    Batch,
-    Capability,
-    Cell,
-    Curve,
-    Judged,
-    Key,
-    LastMetre,
-    Loss,
-    Plane,
-    Quiet,
-    Served,
-    Unserved,
-)
-from bench.record.mixer import MixerCost, Move
-from bench.record.schema import (
-    NO_VEHICLE,
-    SCHEMA,
-    BoardFacts,
-    Emulated,
-    Event,
-    Header,
-    Line,
-    Method,
-    Problem,
-    ProcessorFacts,
-    Worker,
-)
-from bench.record.unannounced import FailureCost
-
-__all__ = [
-    "FARTHER",
-    "FILE_NAME",
-    "NO_VEHICLE",
-    "PACKED",
-    "SCHEMA",
-    "SERVED_WITHIN",
-    "Authority",
-    "AxisCost",
-    "Batch",
-    "BoardFacts",
-    "CapExcess",
-    "Capability",
-    "Cell",
-    "Curve",
-    "Emulated",
-    "Event",
-    "FailureCost",
-    "FuseCost",
-    "FuseWay",
-    "Header",
-    "Judged",
-    "Key",
-    "LastMetre",
-    "Line",
-    "Loss",
-    "Method",
-    "MixerCost",
-    "Move",
-    "Plane",
-    "Power",
-    "Problem",
-    "ProcessorFacts",
-    "Quiet",
-    "Record",
-    "RecordError",
-    "Served",
-    "Unserved",
-    "Worker",
-    "parse",
-    "read",
-]
+from bench.record.capability import SERVED_WITHIN as SERVED_WITHIN
+from bench.record.capability import Authority as Authority
+from bench.record.capability import Capability as Capability
+from bench.record.capability import Curve as Curve
+from bench.record.capability import Loss as Loss
+from bench.record.capability import Plane as Plane
+from bench.record.capability import Served as Served
+from bench.record.capability import Unserved as Unserved
+from bench.record.costs import AxisCost as AxisCost
+from bench.record.costs import CapExcess as CapExcess
+from bench.record.costs import FailureCost as FailureCost
+from bench.record.costs import FuseCost as FuseCost
+from bench.record.costs import FuseWay as FuseWay
+from bench.record.costs import LastMetre as LastMetre
+from bench.record.costs import MixerCost as MixerCost
+from bench.record.costs import Move as Move
+from bench.record.costs import Power as Power
+from bench.record.file import FILE_NAME as FILE_NAME
+from bench.record.file import PACKED as PACKED
+from bench.record.file import Record as Record
+from bench.record.file import RecordError as RecordError
+from bench.record.file import parse as parse
+from bench.record.file import read as read
+from bench.record.measured import FARTHER as FARTHER
+from bench.record.measured import Batch as Batch
+from bench.record.measured import Cell as Cell
+from bench.record.measured import Judged as Judged
+from bench.record.measured import Key as Key
+from bench.record.measured import Quiet as Quiet
+from bench.record.schema import NO_VEHICLE as NO_VEHICLE
+from bench.record.schema import SCHEMA as SCHEMA
+from bench.record.schema import BoardFacts as BoardFacts
+from bench.record.schema import Emulated as Emulated
+from bench.record.schema import Event as Event
+from bench.record.schema import Header as Header
+from bench.record.schema import Line as Line
+from bench.record.schema import Method as Method
+from bench.record.schema import Problem as Problem
+from bench.record.schema import ProcessorFacts as ProcessorFacts
+from bench.record.schema import Worker as Worker

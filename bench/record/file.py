@@ -15,7 +15,8 @@ from typing import Any, Self
 import msgspec
 
 from alloc import AllocError
-from bench.record.measured import Capability, Cell, Key
+from bench.record.capability import Capability
+from bench.record.measured import Cell, Key
 from bench.record.schema import (
     NO_VEHICLE,
     SCHEMA,

@@ -9,7 +9,8 @@ from typing import Any, Literal
 
 import msgspec
 
-from bench.record.measured import Capability, Cell
+from bench.record.capability import Capability
+from bench.record.measured import Cell
 
 SCHEMA = 2
 
