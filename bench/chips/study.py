@@ -237,8 +237,8 @@ def _delivered(demands: DemandSet, counted: CallCounts) -> dict[str, float | Non
     along, turned = share_along(*asked), direction_error_deg(*asked)
     return {
         "within_1pct_share": rounded(close),
-        "along_mean": None if np.isnan(along).all() else rounded(float(np.nanmean(along))),
-        "direction_error_max_deg": None if np.isnan(turned).all() else rounded(float(np.nanmax(turned))),
+        "along_mean": None if np.isnan(along).all() else rounded(np.nanmean(along)),
+        "direction_error_max_deg": None if np.isnan(turned).all() else rounded(np.nanmax(turned)),
     }
 
 

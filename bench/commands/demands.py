@@ -58,7 +58,7 @@ def command(
     from bench.inputs.demand_csv import format_demands
     from bench.inputs.log_limits import row_limits
     from bench.inputs.logs import log_for, rate_hz
-    from bench.judging.energy import energy_lines
+    from bench.judging.cap import energy_lines
 
     answering = load_vehicle(vehicle)
     read = log_for(answering, log, read_options(**options))
@@ -126,8 +126,14 @@ def _readiness(
     """Lines on how ready each thruster was; raises DemandError where no window says anything."""
     from alloc.errors import DemandError
     from bench.inputs.outputs import read_motion
-    from bench.judging.ratios import estimate_ratios, group_text
-    from bench.judging.readiness import WINDOW_S, as_text, estimate_readiness, estimate_windows
+    from bench.judging.readiness import (
+        WINDOW_S,
+        as_text,
+        estimate_ratios,
+        estimate_readiness,
+        estimate_windows,
+        group_text,
+    )
 
     is_weighed = vehicle.inertia is not None
     motion = read_motion(log, outputs, vehicle, columns)

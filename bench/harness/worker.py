@@ -247,7 +247,7 @@ def write_answers(task: AnswerTask, job: Job) -> None:
 def measure(task: MeasureTask, job: Job, line: Worker) -> Cell:
     """Set a method up, time its calls on a question, and judge its answers."""
     # A vehicle of its own: a method that writes into it must not change what it is judged by.
-    question, given = Question.load_apart(Path(task.question))
+    question, given = Question.load(Path(task.question))
     supply = question.demands.supply.arguments
     allocator, setup_ns = set_up(lambda: build_callable(job, given), 2 if line.import_ns is None else 1)
     if line.import_ns is None:  # the first build of a process imports the method

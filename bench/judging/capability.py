@@ -23,7 +23,7 @@ from alloc.reach.volumes import (
 from bench.demands import DemandSet, along_axes, build_demands, labelled
 from bench.demands.store import Case
 from bench.demands.strong import axis_maxima, strong_demands, strong_vehicle, unasked_weak_axes
-from bench.judging.fuse import fuse_cost
+from bench.judging.cap import fuse_cost
 from bench.judging.judge import judge, rounded
 from bench.judging.last_metre import last_metre
 from bench.judging.loss import direction_error_deg, relative_wrench_error
@@ -209,8 +209,8 @@ def worst_loss(vehicle: Vehicle, taus: FloatArray, F: FloatArray) -> Loss:
     return Loss(
         n_demands=len(taus),
         n_answers=int(np.isfinite(F).all(axis=1).sum()),
-        missed_max=rounded(float(missed.max())),
-        turned_max_deg=rounded(float(known.max())) if known.size else None,
+        missed_max=rounded(missed.max()),
+        turned_max_deg=rounded(known.max()) if known.size else None,
     )
 
 

@@ -1,6 +1,7 @@
 """Verdict on the answers to a question: errors, distances to the optimum, losses."""
 
 from collections.abc import Sequence
+from typing import SupportsFloat
 
 import numpy as np
 
@@ -55,7 +56,7 @@ def judge(
     return Judged(
         answers=len(seen.F),
         counts={s.name: int(np.count_nonzero(status == s)) for s in Status if (status == s).any()},
-        wrench_error_max=[rounded(float(e)) for e in seen.error[finite].max(axis=0)] if finite.any() else [],
+        wrench_error_max=[rounded(e) for e in seen.error[finite].max(axis=0)] if finite.any() else [],
         wrench_error_rel_max=_largest(seen.relative[finite]),
         limit_violation_max_N=_largest(seen.violation[finite]),
         distance_max_N=None if farthest is None else rounded(farthest),
@@ -67,7 +68,7 @@ def judge(
         loss=given_away(question, seen.F) if thorough else {},
         missed_max=missed_max,
         missed_p50=missed_p50,
-        nothing_share=rounded(float(nothing.mean())) if nothing.size else 0.0,
+        nothing_share=rounded(nothing.mean()) if nothing.size else 0.0,
         refused_longest=longest(~finite[:N] | nothing, question.demands.gaps) if thorough else 0,
         share_p50=[rounded(share) for share in middle],
         share_min=[rounded(share) for share in least],
@@ -107,7 +108,7 @@ def after_failure(gave_up: BoolArray, within: BoolArray) -> float | None:
     It shows what a warm start or a reused object carries over. None where no demand follows a failure.
     """
     following = within[1:] & gave_up[:-1]
-    return rounded(float(gave_up[1:][following].mean())) if following.any() else None
+    return rounded(gave_up[1:][following].mean()) if following.any() else None
 
 
 def largest_gap(question: Question, F: FloatArray, status: StatusArray, formulation: str) -> float | None:
@@ -134,7 +135,7 @@ def largest_gap(question: Question, F: FloatArray, status: StatusArray, formulat
         gap = certify_many(posed.qp, b, x, (lb, ub)).gap
     except NotApplicable:
         return None
-    return rounded(float((gap / np.maximum(cost, LEAST_COST)).max()))
+    return rounded((gap / np.maximum(cost, LEAST_COST)).max())
 
 
 def given_away(question: Question, F: FloatArray) -> dict[str, float | None]:
@@ -163,7 +164,7 @@ def misses(question: Question, F: FloatArray) -> tuple[float | None, float | Non
     missed = np.nan_to_num(error, nan=1.0)
     within = attainable(question)
     large = missed[within & (np.linalg.norm(taus / scale, axis=1) >= FLOOR)]
-    return _largest(missed[within]), rounded(float(np.median(large))) if large.size else None
+    return _largest(missed[within]), rounded(np.median(large)) if large.size else None
 
 
 def _agrees(farthest: float | None, tolerance: float, f_scale: float) -> bool | None:
@@ -174,13 +175,13 @@ def _agrees(farthest: float | None, tolerance: float, f_scale: float) -> bool | 
     return None if near and tolerance >= ANY_DISTANCE else near
 
 
-def rounded(value: float) -> float:
+def rounded(value: SupportsFloat) -> float:
     """``value`` in six digits, more than any error is known to."""
-    return float(f"{value:.6g}")
+    return float(f"{float(value):.6g}")
 
 
 def _largest(values: FloatArray) -> float | None:
-    return rounded(float(values.max())) if values.size else None
+    return rounded(values.max()) if values.size else None
 
 
 def _counted(what: str, mask: BoolArray, seen: Measured) -> str:

@@ -40,7 +40,7 @@ def mixer_cost(vehicle: Vehicle, taus: FloatArray) -> MixerCost | None:
         n_demands=len(taus),
         served=int(np.count_nonzero(missed <= SERVED_WITHIN)),
         exact_served=int(np.count_nonzero(exactly <= SERVED_WITHIN)),
-        missed_p50=rounded(float(np.median(missed))),
+        missed_p50=rounded(np.median(missed)),
         demands=_rounded(taus[worst]),
         wrenches=_rounded(F[worst] @ vehicle.TP.T),
         missed=[rounded(share) for share in missed[worst].tolist()],

@@ -8,7 +8,6 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from alloc import AllocError, Label, NotApplicable, Status, Vehicle, build
 from alloc.allocation import FloatArray, StatusArray
@@ -62,22 +61,13 @@ class Question:
         return Question(demands, {name: F[rows] for name, F in self.right.items()}, self.reference)
 
     @classmethod
-    def load(cls, path: Path) -> "Question":
-        """Read what ``save`` wrote."""
-        with np.load(path) as arrays:
-            return cls._of(arrays)
-
-    @classmethod
-    def load_apart(cls, path: Path) -> tuple["Question", Vehicle]:
+    def load(cls, path: Path) -> tuple["Question", Vehicle]:
         """Read what ``save`` wrote, and its vehicle once more, of arrays of its own."""
         with np.load(path) as stored:
             arrays = dict(stored)
-        return cls._of(arrays), unpack_vehicle({name: array.copy() for name, array in arrays.items()})
-
-    @classmethod
-    def _of(cls, arrays: Mapping[str, NDArray[Any]]) -> "Question":
-        right = {name[6:]: arrays[name] for name in arrays if name.startswith("right ")}
-        return cls(unpack_demands(arrays), right, {})
+        right = {name[6:]: array for name, array in arrays.items() if name.startswith("right ")}
+        own = unpack_vehicle({name: array.copy() for name, array in arrays.items()})
+        return cls(unpack_demands(arrays), right, {}), own
 
 
 class Answers(NamedTuple):

@@ -108,9 +108,9 @@ def _cost(vehicle: Vehicle, taus: FloatArray, made: list[FloatArray]) -> partial
         FailureCost,
         n_demands=len(taus),
         thrusters=vehicle.working.tolist(),
-        share_p50=[rounded(float(np.median(share))) for share in shares],
-        share_min=[rounded(float(share.min())) for share in shares],
-        turned_p50_deg=[rounded(float(np.median(each))) if each.size else None for each in known],
-        turned_max_deg=[rounded(float(each.max())) if each.size else None for each in known],
+        share_p50=[rounded(np.median(share)) for share in shares],
+        share_min=[rounded(share.min()) for share in shares],
+        turned_p50_deg=[rounded(np.median(each)) if each.size else None for each in known],
+        turned_max_deg=[rounded(each.max()) if each.size else None for each in known],
         worst=[list(map(rounded, taus[share.argmin()].tolist())) for share in shares],
     )

@@ -40,14 +40,14 @@ def axis_costs(vehicle: Vehicle) -> list[AxisCost]:
         at_most = allocators["nullspace"](NEARLY * hard * way).f if "nullspace" in allocators else np.nan
         cost = AxisCost(axis=axis, demand=rounded(HALF * most), hard_most=rounded(hard))
         if hard > 0.0 and np.isfinite(at_most).all():
-            cost.hard_thrust_N = rounded(float(np.abs(at_most).max()))
+            cost.hard_thrust_N = rounded(np.abs(at_most).max())
         for method, allocate in allocators.items():
             answer = allocate(tau)
             if answer.status not in (Status.SOLVED, Status.PARTIAL):
                 cost.wrench[method] = cost.thrust_N[method] = None
                 continue
-            cost.wrench[method] = rounded(float((vehicle.TP @ answer.f)[i] * way[i]))
-            cost.thrust_N[method] = rounded(float(np.abs(answer.f).max()))
+            cost.wrench[method] = rounded((vehicle.TP @ answer.f)[i] * way[i])
+            cost.thrust_N[method] = rounded(np.abs(answer.f).max())
         costs.append(cost)
     return costs
 

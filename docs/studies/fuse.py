@@ -13,8 +13,7 @@ import numpy as np
 
 from alloc import Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
-from bench.judging.energy import missions_power
-from bench.judging.fuse import each_at
+from bench.judging.cap import each_at, missions_power
 
 CAP, VOLTS = 20.0, 12.0
 VEHICLES = ("bluerov2", "bluerov2-heavy")

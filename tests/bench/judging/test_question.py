@@ -51,7 +51,7 @@ def test_a_vehicle_for_a_method_shares_no_array_with_what_its_answers_are_judged
     vehicle = load_vehicle("ukwial")
     (question,) = questions([build_demands("active", vehicle, 0, 3)], ask_here)
     question.save(tmp_path / "question.npz")
-    asked, given = Question.load_apart(tmp_path / "question.npz")
+    asked, given = Question.load(tmp_path / "question.npz")
     judged = asked.demands.vehicle
     for name in ("T", "H", "f_min", "f_max", "readiness", "slack_weights"):
         own, other = getattr(given, name), getattr(judged, name)

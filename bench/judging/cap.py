@@ -1,0 +1,286 @@
+"""Cost of a cap on what all thrusters draw together, and the power that demands take.
+
+A way to keep a cap is a function of a demand that lies farther out than the cap allows: thrusts within the
+cap, and their share of the demand. All ways answer the same demands, at one voltage. ``cap_excesses`` asks
+what happens while a cap sags in a mission, also behind a limiter that feeds the current back.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from alloc import AllocError, Vehicle, build
+from alloc.allocation import FloatArray
+from alloc.nullspace.current_cap import reaches
+from alloc.reach.volumes import uniform_demands
+from alloc.vehicle.current import Draw
+from alloc.vehicle.limits import Interval
+from bench.demands import DemandSet, build_demands
+from bench.demands.strong import strong_vehicle, unasked_weak_axes
+from bench.judging.judge import rounded
+from bench.judging.last_metre import linear
+from bench.judging.loss import share_along
+from bench.record import CapExcess, FuseCost, FuseWay, Power
+
+POWER_DEMANDS = 100
+"""Most demands that are asked, evenly out of all: a linear program takes milliseconds."""
+MISSIONS = ("mission", "mission-fault")
+
+
+def missions_power(vehicle: Vehicle, volts: float, seed: int) -> list[Power]:
+    """Mean powers over the missions at one voltage [V], without those that do not cover the vehicle."""
+    found = []
+    for name in MISSIONS:
+        try:
+            demands = build_demands(name, vehicle, seed)
+            seconds = np.full(len(demands.taus), 1.0 / (demands.rate_hz or 1.0))
+            power = mean_power(demands, volts, seconds)
+        except AllocError:
+            continue
+        found += [] if power is None else [power]
+    return found
+
+
+def mean_power(demands: DemandSet, volts: float, seconds: FloatArray) -> Power | None:
+    """Mean power of ``scaled`` and ``frugal``, which make the same wrenches, at one voltage [V].
+
+    Demands hold for ``seconds`` (N,). None where none is answered, or nothing is drawn. Raises AllocError
+    for a vehicle without currents, and one that a method does not cover.
+    """
+    vehicle, draw = demands.vehicle, demands.vehicle.draw(volts)
+    pick = np.unique(np.linspace(0, len(demands.taus) - 1, POWER_DEMANDS).astype(int))
+    ends = (side if side.ndim == 1 else side[pick] for side in demands.limits)
+    limits = vehicle.esc_limits(volts, *ends)
+    F, _ = build("scaled", vehicle).many(demands.taus[pick], *limits)
+    lean, _ = build("frugal", vehicle).many(demands.taus[pick], *limits, volts=volts)
+    answered = np.isfinite(F).all(axis=1) & np.isfinite(lean).all(axis=1)
+    if not answered.any():
+        return None
+    held = seconds[pick][answered]
+    watts, least = (volts * held @ draw.amps(f[answered]).sum(axis=1) / held.sum() for f in (F, lean))
+    if not watts > 0.0:
+        return None
+    return Power(
+        demands=demands.name,
+        n=int(answered.sum()),
+        seconds=rounded(seconds.sum()),
+        effort_W=rounded(watts),
+        least_W=rounded(least),
+    )
+
+
+def energy_lines(demands: DemandSet, seconds: FloatArray | None) -> list[tuple[str, str]]:
+    """A line of ``thrustbench demands`` on the energy of a log; none without a cap, a voltage or times."""
+    cap = demands.vehicle.cap
+    if cap is None or cap.volts is None or seconds is None:
+        return []
+    try:
+        power = mean_power(demands, cap.volts, seconds)
+    except AllocError:  # too many facets
+        return []
+    return [] if power is None else [(f"energy at {cap.volts:g} V", power.words)]
+
+
+SET = "mission"
+SAG = 0.6
+"""Part of the file's cap that is left when the mission ends; it falls evenly [-]."""
+STEP = 10
+"""Distance between the demands that are answered and counted: a call with a cap takes milliseconds."""
+TIME_CONSTANT = 5.0
+"""MOT_BAT_CURR_TC where nobody sets it [s]."""
+AHEAD, FAST, BRAKE = 5.0, 1.5, 2.5
+"""Loops of the prediction, p above which the limiter brakes, and r then."""
+
+WITHIN = "scaled, within the cap, rounded to commands"
+FEEDBACK = "scaled, ArduSub's current limiter behind it"
+WITHOUT = "scaled, without"
+MIXED = "ArduSub's mixer and current limiter, outputs linear in pulses"
+
+
+def output_factor(factor: float, amps: float, before: float, most: float, dt: float) -> float:
+    """ArduSub's factor of all outputs after a loop of dt [s] with these currents, of now and before [A].
+
+    ArduSub's limiter (ArduPilot, AP_Motors6DOF.cpp, parameters MOT_BAT_CURR_MAX and MOT_BAT_CURR_TC)
+    multiplies all pulses, counted from neutral, by a factor between 0 and 1. With the measured current I over
+    the largest allowed as r, and I + 5 (I - I of the loop before) over it as p, each loop of dt adds
+    dt / (dt + TC) (1 - r); r becomes 2.5 where p exceeds 1.5, else p where I is below the largest and p above
+    1. So the current exceeds the cap first, and the factor follows in seconds.
+    """
+    r, p = amps / most, (amps + AHEAD * (amps - before)) / most
+    if p > FAST:
+        r = BRAKE
+    elif r < 1.0 < p:
+        r = p
+    return float(np.clip(factor + dt / (dt + TIME_CONSTANT) * (1.0 - r), 0.0, 1.0))
+
+
+def fed_back(vehicle: Vehicle, u: FloatArray, caps: FloatArray, volts: float, dt: float) -> FloatArray:
+    """Thrusts (N, n) [N] of commands u (N, n) behind the limiter, with caps (N,) [A] and loops of dt [s]."""
+    neutral = np.array([esc.neutral for esc in vehicle.esc])
+    full, draw = u - neutral, vehicle.draw(volts)
+    made = np.empty(u.shape)
+    factor, amps, before = 1.0, 0.0, 0.0
+    for i, most in enumerate(caps.tolist()):
+        factor, before = output_factor(factor, amps, before, most, dt), amps
+        made[i] = vehicle.thrusts(neutral + factor * full[i], volts)
+        amps = float(draw.amps(made[i]).sum())
+    return made
+
+
+def cap_excesses(vehicle: Vehicle, seed: int) -> list[CapExcess]:
+    """Excess over a cap that falls from the file's to SAG of it over the mission, by each way to keep it.
+
+    Empty for a vehicle without a cap or a voltage, and one that can't fly the mission.
+    """
+    if vehicle.cap is None or (volts := vehicle.cap.volts) is None:
+        return []
+    try:
+        demands = build_demands(SET, vehicle, seed)
+        limits, draw, allocate = vehicle.esc_limits(volts), vehicle.draw(volts), build("scaled", vehicle)
+    except AllocError:
+        return []
+    taus, dt = demands.taus, 1.0 / (demands.rate_hz or 1.0)
+    caps = vehicle.cap.amps() * np.linspace(1.0, SAG, len(taus))
+    F = allocate.many(taus, *limits)[0]
+    counted = slice(None, None, STEP)
+    within = np.array(
+        [
+            allocate(tau, *limits, cap=cap, volts=volts).f
+            for tau, cap in zip(taus[counted], caps[counted], strict=True)
+        ]
+    )
+    ways = {
+        WITHIN: vehicle.commands(within, volts, f_min=limits[0], f_max=limits[1], cap=caps[counted]).f,
+        FEEDBACK: fed_back(vehicle, vehicle.commands(F, volts).u, caps, volts, dt)[counted],
+        WITHOUT: F[counted],
+    }
+    if vehicle.autopilot is not None and vehicle.autopilot.method == "ardusub":
+        pulses = linear(vehicle, build("ardusub", vehicle).many(taus)[0])
+        ways[MIXED] = fed_back(vehicle, pulses, caps, volts, dt)[counted]
+    found = []
+    for way, made in ways.items():
+        over = draw.amps(made).sum(axis=1) - caps[counted]
+        shares = share_along(demands.strong[0], demands.strong[1][counted], made, limits)
+        found.append(
+            CapExcess(
+                way=way,
+                over_A=rounded(max(float(over.max()), 0.0)),
+                over_share=rounded(np.mean(over > 0.0)),
+                share_p50=rounded(np.nanmedian(shares)),
+                share_min=rounded(np.nanmin(shares)),
+            )
+        )
+    return found
+
+
+DIRECTIONS = 100
+"""Directions of demands: a median share of them is within a point or two of that of all."""
+BEYOND = 100.0
+"""Size of a demand, in the vehicle's ``wrench_scale``: no cap and no limit reaches as far."""
+HALVINGS = 60
+"""Halvings of a limit: they leave less than its last bit."""
+
+LARGEST = "frugal, the largest there is"
+PATH = "scaled, least effort up to the cap"
+RATIO = "all thrusts by one ratio"
+EACH = "each thruster at its part of the cap"
+Answer = tuple[FloatArray, float]
+"""Thrusts (n,) [N] within the cap, and their share of the demand [-]."""
+Way = Callable[[FloatArray], Answer]
+"""Function of a demand (k,) that answers it."""
+
+
+def each_at(draw: Draw, limits: Interval, amps: float) -> Interval:
+    """Limits (n,) at which each thruster draws so many amperes, or its own where these draw less [N]."""
+    nearer = []
+    for side in limits:
+        least, most = np.zeros(len(side)), np.ones(len(side))
+        for _ in range(HALVINGS):
+            middle = (least + most) / 2
+            fits = draw.amps(middle * side) <= amps
+            least, most = np.where(fits, middle, least), np.where(fits, most, middle)
+        nearer.append(least * side)
+    return nearer[0], nearer[1]
+
+
+def ways(vehicle: Vehicle, limits: Interval, amps: float, volts: float | None) -> dict[str, Way]:
+    """Ways to keep all currents together below a cap [A] within limits (n,) [N], at a voltage [V].
+
+    Thrusters must be able to stand still. Raises AllocError for a vehicle that a way does not cover.
+    """
+    scaled, frugal, draw = build("scaled", vehicle), build("frugal", vehicle), vehicle.draw(volts)
+    parts = each_at(draw, limits, amps / len(vehicle.working))
+
+    def answer(allocate: Any, ends: Interval, tau: FloatArray, **cap: Any) -> Answer:
+        found = allocate(tau, *ends, **cap)
+        return found.f, found.share[0]
+
+    def by_ratio(tau: FloatArray) -> Answer:
+        f, share = answer(scaled, limits, tau)
+        ratio = reaches(draw, amps, np.zeros(vehicle.n), f)
+        return ratio * f, ratio * share
+
+    return {
+        LARGEST: partial(answer, frugal, limits, cap=amps, volts=volts),
+        PATH: partial(answer, scaled, limits, cap=amps, volts=volts),
+        RATIO: by_ratio,
+        EACH: partial(answer, scaled, parts),
+    }
+
+
+def fuse_cost(vehicle: Vehicle, seed: int) -> FuseCost | None:
+    """Cost of the cap of a vehicle's file at its nominal voltage, reproducible from the seed.
+
+    None for a vehicle without a cap or a voltage, one whose thrusters can't all stand still, and one that a
+    way does not cover.
+    """
+    if vehicle.cap is None or (vehicle.f_min > 0.0).any() or (vehicle.f_max < 0.0).any():
+        return None
+    amps, volts = vehicle.cap.amps(), vehicle.cap.volts
+    try:
+        draw, limits = vehicle.draw(volts), vehicle.esc_limits(volts)
+        answers = ways(vehicle, limits, amps, volts)
+        drawn = uniform_demands(strong_vehicle(vehicle), np.random.default_rng(seed), DIRECTIONS)
+    except AllocError:  # no voltage, or too many facets
+        return None
+    axes = np.vstack([np.eye(vehicle.k), -np.eye(vehicle.k)]) * vehicle.wrench_scale
+    asked, axes = far(vehicle, unasked_weak_axes(vehicle, drawn)), far(vehicle, axes)
+    least = build("frugal", vehicle)
+    found, largest = [], np.ones(DIRECTIONS)
+    for name, way in answers.items():
+        f, shares = map(np.array, zip(*map(way, asked), strict=True))
+        largest = shares if name == LARGEST else largest
+        lean = [least(tau, *limits, volts=volts).f for tau in shares[:, None] * asked]
+        over = draw.amps(f).sum(axis=1) / draw.amps(np.array(lean)).sum(axis=1)
+        made = np.nan_to_num([vehicle.TP @ way(tau)[0] for tau in axes])  # an axis may be out of reach
+        ends = np.hstack([np.diag(made[vehicle.k :]), np.diag(made)])
+        found.append(
+            FuseWay(
+                way=name,
+                share_p50=rounded(np.median(shares / largest)),
+                share_min=rounded((shares / largest).min()),
+                amps_p50=rounded(np.median(over)),
+                amps_max=rounded(over.max()),
+                axis_min=list(map(rounded, ends[: vehicle.k].tolist())),
+                axis_max=list(map(rounded, ends[vehicle.k :].tolist())),
+            )
+        )
+    return FuseCost(
+        amps=rounded(amps),
+        volts=volts,
+        most=rounded(draw.largest(*limits)),
+        n_demands=DIRECTIONS,
+        ways=found,
+        powers=[] if volts is None else missions_power(vehicle, volts, seed),
+        excesses=cap_excesses(vehicle, seed),
+        last_amps=rounded(SAG * amps),
+    )
+
+
+def far(vehicle: Vehicle, taus: FloatArray) -> FloatArray:
+    """Demands (N, k) along these, BEYOND on their largest axis."""
+    size = np.abs(taus / vehicle.wrench_scale).max(axis=1, keepdims=True)
+    beyond: FloatArray = BEYOND * taus / size
+    return beyond
