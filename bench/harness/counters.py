@@ -1,7 +1,7 @@
 """Counters of what disturbed a measurement on this machine."""
 
 import os
-from dataclasses import dataclass
+from collections.abc import Callable
 from pathlib import Path
 
 from bench.record import Quiet
@@ -9,43 +9,20 @@ from bench.record import Quiet
 _CPU = Path("/sys/devices/system/cpu")
 
 
-@dataclass(frozen=True)
-class Reading:
-    """Counters of one core at one moment; None where this machine does not tell.
+def quiet_since(core: int) -> Callable[[], Quiet]:
+    """Function that says what has disturbed this core from now on, None where this machine does not tell."""
+    steal, throttled, mhz = _steal(core), _throttled(core), _mhz(core)
 
-    Attributes
-    ----------
-    core : its number
-    steal_ticks : time that the hypervisor took from it so far [1/100 s]
-    throttled : thermal throttle events so far
-    mhz : its frequency now [MHz]
-    """
+    def quiet() -> Quiet:
+        speeds = [each for each in (mhz, _mhz(core)) if each is not None]
+        return Quiet(
+            steal_ticks=_difference(steal, _steal(core)),
+            throttled=_difference(throttled, _throttled(core)),
+            load=load(),
+            mhz=[min(speeds), max(speeds)] if speeds else None,
+        )
 
-    core: int
-    steal_ticks: int | None
-    throttled: int | None
-    mhz: float | None
-
-
-def reading(core: int) -> Reading:
-    """Read the counters of a core now."""
-    return Reading(
-        core=core,
-        steal_ticks=_steal(core),
-        throttled=_number(_CPU / f"cpu{core}/thermal_throttle/core_throttle_count"),
-        mhz=_mhz(core),
-    )
-
-
-def between(before: Reading, after: Reading) -> Quiet:
-    """Events from one reading to the next."""
-    speeds = [mhz for mhz in (before.mhz, after.mhz) if mhz is not None]
-    return Quiet(
-        steal_ticks=_difference(before.steal_ticks, after.steal_ticks),
-        throttled=_difference(before.throttled, after.throttled),
-        load=load(),
-        mhz=[min(speeds), max(speeds)] if speeds else None,
-    )
+    return quiet
 
 
 def load() -> float | None:
@@ -68,6 +45,10 @@ def _steal(core: int) -> int | None:
         return None
     fields = next((line.split() for line in lines if line.startswith(f"cpu{core} ")), [])
     return int(fields[8]) if len(fields) > 8 else None
+
+
+def _throttled(core: int) -> int | None:
+    return _number(_CPU / f"cpu{core}/thermal_throttle/core_throttle_count")
 
 
 def _mhz(core: int) -> float | None:

@@ -1,7 +1,6 @@
 """Worker processes, which may crash or hang: what they are asked, what they answer, how they ended."""
 
 import os
-import pickle
 import selectors
 import signal
 import subprocess
@@ -13,13 +12,16 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import NoReturn, TypeVar
+from typing import TYPE_CHECKING, NoReturn, TypeVar
 
 import msgspec
 
 from alloc import AllocError
 from bench.harness import environment
 from bench.record import Cell, Key, Method, Worker
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
 
 LONGEST = 200
 """Letters that are kept of the last line that a process printed."""
@@ -319,47 +321,42 @@ def apart(work: Callable[[], Made], who: str) -> Made:
     are gone with the copy. Raises AllocError with the message of one that the work raises, and where the copy
     ended without an answer, by a signal or ``os._exit``: then the message begins with ``who`` did the work.
     """
-    reader, writer = os.pipe()
-    sys.stdout.flush()  # else the copy would write the rest of it too
-    sys.stderr.flush()
+    from multiprocessing import get_context  # no worker needs it
+
+    context = get_context("fork")
+    reader, writer = context.Pipe(duplex=False)
+    copy = context.Process(target=_reply, args=(work, writer))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # numpy's threads, which are idle
-        copy = os.fork()
-    if not copy:
-        os.close(reader)
-        _reply(work, writer)
-    os.close(writer)
+        copy.start()
+    writer.close()
     try:
-        with open(reader, "rb") as pipe:
-            reply = pipe.read()
+        made, refusal = reader.recv()
+    except Exception:  # a copy that ends in the middle of its reply leaves any bytes
+        copy.join()
+        how = cause(copy.exitcode or 0, b"")
+        raise AllocError(f"{who}: ended its process ({how}) before it had answered; mend it") from None
     except BaseException:  # Ctrl-C: nobody waits for the reply any more
-        os.kill(copy, signal.SIGKILL)
+        copy.kill()
         raise
     finally:
-        code = os.waitstatus_to_exitcode(os.waitpid(copy, 0)[1])
-    try:
-        made, refusal = pickle.loads(reply)
-    except Exception:  # a copy that ends in the middle of its reply leaves any bytes
-        raise AllocError(
-            f"{who}: ended its process ({cause(code, b'')}) before it had answered; mend it"
-        ) from None
+        copy.join()
+        reader.close()
     if refusal:
         raise AllocError(refusal)
     answered: Made = made
     return answered
 
 
-def _reply(work: Callable[[], object], writer: int) -> NoReturn:
-    """Do the work, write what it made or why it did not, and end this copy."""
+def _reply(work: Callable[[], object], writer: "Connection") -> NoReturn:
+    """Do the work, send what it made or why it did not, and end this copy."""
     try:
         os.dup2(2, 1)
         sys.stdout = sys.stderr
         try:
-            reply = (work(), "")
+            writer.send((work(), ""))
         except AllocError as error:
-            reply = (None, str(error))
-        with open(writer, "wb") as pipe:
-            pickle.dump(reply, pipe)
+            writer.send((None, str(error)))
         sys.stderr.flush()
         os._exit(0)
     except KeyboardInterrupt:

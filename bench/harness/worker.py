@@ -12,7 +12,7 @@ from collections.abc import Callable
 from functools import cache, partial
 from pathlib import Path
 from types import BuiltinFunctionType, FunctionType, ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
@@ -25,8 +25,7 @@ from alloc.foreign import is_library, runs_apart
 from alloc.live.plain import ANY_DISTANCE
 from alloc.vehicle.call_limits import one_by_one
 from bench.demands.store import Case, load_case, save
-from bench.harness.conduct import leftovers, misconduct, take_census
-from bench.harness.counters import between, reading
+from bench.harness.counters import quiet_since
 from bench.harness.process import (
     AnswersWritten,
     AnswerTask,
@@ -51,6 +50,9 @@ from bench.harness.timing import (
 from bench.judging.judge import judge
 from bench.judging.question import Question, promised
 from bench.record import Cell, Worker
+
+if TYPE_CHECKING:
+    from bench.harness.conduct import Census
 
 ASKED = 50
 """Demands of a case that are asked in single calls too."""
@@ -254,7 +256,6 @@ def measure(task: MeasureTask, job: Job, line: Worker) -> Cell:
         line.import_ns = setup_ns[0] - min(setup_ns[1:])
         setup_ns = setup_ns[1:]
     cell = Cell(key=task.key, status="ok", n_demands=len(question.demands.taus), setup_ns=setup_ns)
-    core = job.core if job.core is not None else 0
     timed = question.timed
     inputs = arguments(timed)
     call = allocator
@@ -265,15 +266,15 @@ def measure(task: MeasureTask, job: Job, line: Worker) -> Cell:
         except DemandError as refusal:
             raise NotApplicable(str(refusal)) from None
     solvers.disbelieved.clear()
+    before = census(job)
     with no_garbage_collection():
-        before = reading(core)
-        own = take_census()
+        quiet = quiet_since(job.core or 0)
         samples: Samples[Any] = sample(call, inputs, job.budget_ns)
-        own_later = take_census()
+        after = census(job)
         cell.disbelieved = dict(solvers.disbelieved)
         binding = time_binding(allocator, timed, job.budget_ns // BINDING_SHARE)
         way_in = time_idle_calls(job, given, inputs)
-        cell.quiet = between(before, reading(core))
+        cell.quiet = quiet()
         cell.canary_ns = canary_ns()
     cell.batches, cell.binding_batches, cell.way_in_batches = samples.batches, binding.batches, way_in.batches
     cell.singles = tally(samples.singles)
@@ -282,9 +283,11 @@ def measure(task: MeasureTask, job: Job, line: Worker) -> Cell:
         cell.allocator_bytes = reachable_bytes(allocator)
         describe(cell, allocator, samples.answers, timed)
         amiss = [WRITES] if any(map(changed, inputs, arguments(timed))) else []
-        if answers_alike(job):
+        if before and after:
+            from bench.harness.conduct import leftovers, misconduct
+
             # More calls of what leaves threads or processes behind might exhaust the machine.
-            amiss += leftovers(own, own_later) or misconduct(call, arguments(timed), samples.answers)
+            amiss += leftovers(before, after) or misconduct(call, arguments(timed), samples.answers)
         if cell.judged and amiss:
             cell.judged.wrong = "; ".join(filter(None, (cell.judged.wrong, *amiss)))
         if timed is not question:
@@ -361,10 +364,18 @@ def time_binding(allocator: Any, question: Question, budget_ns: int) -> Samples[
     return sample(allocator.solve, list(zip(*posed, strict=True)), budget_ns, singles=0)
 
 
-def answers_alike(job: Job) -> bool:
-    """True for somebody's library or program, unless it says that answers depend on earlier calls."""
+def census(job: Job) -> "Census | None":
+    """Threads and processes now; None for a method of the catalogue, in Python, or that has a memory.
+
+    Only of somebody's library or program the conduct is looked at, and only where its answers do not depend
+    on earlier calls by its own word.
+    """
     plugin = job.plugin
-    return plugin is not None and job.start != "warm" and (runs_apart(plugin) or is_library(Path(plugin)))
+    if plugin is None or job.start == "warm" or not (runs_apart(plugin) or is_library(Path(plugin))):
+        return None
+    from bench.harness.conduct import take_census  # few workers have to read /proc
+
+    return take_census()
 
 
 def time_idle_calls(job: Job, vehicle: Vehicle, inputs: list[list[FloatArray]]) -> Samples[Any]:
