@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from enum import IntEnum
-from functools import partial
 from math import exp, isfinite, log, sqrt
 from statistics import fmean, median, stdev
 from typing import Any, NamedTuple
@@ -120,52 +119,51 @@ class Verdict(NamedTuple):
 
     outcome: Outcome
     summary: str
-    findings: list[Regression]
-    improvements: list[Standing]
-    rows: list[Standing]
+    findings: Sequence[Regression] = ()
+    improvements: Sequence[Standing] = ()
+    rows: Sequence[Standing] = ()
 
 
 def verdict(record: GateRecord) -> Verdict:
     """Verdict, in this order: no change; missing cells; wrong answers; instructions; machine; time."""
     if record.unchanged:
-        return _untimed(Outcome.PASS, f"pass at once: {record.unchanged}")
-    lost = [Regression(cell.name, f"gone: {cell.head_lacks}") for cell in record.cells if _is_lost(cell)]
-    if record.crashed:
-        lost.append(Regression("-", record.crashed))
+        return Verdict(Outcome.PASS, f"pass at once: {record.unchanged}")
     compared = [cell for cell in record.cells if in_both(cell)]
     answering = [cell for cell in record.cells if not cell.head_lacks]  # new ones too
+    gone = [cell for cell in record.cells if cell.head_lacks and not cell.base_lacks]
+    lost = [Regression(cell.name, f"gone: {cell.head_lacks}") for cell in gone]
+    lost += [Regression("-", record.crashed)] if record.crashed else []
     wrong = [Regression(cell.name, what) for cell in answering if (what := _wrong_answer(cell))]
     if not lost and not wrong and all(cell.is_control for cell in compared):
-        return _untimed(Outcome.INCONCLUSIVE, "nothing to compare: no cell stands on both sides")
+        return Verdict(Outcome.INCONCLUSIVE, "nothing to compare: no cell stands on both sides")
     timed = [cell for cell in compared if cell.pairs]
     rows = [row(cell, record.settings) for cell in timed if not cell.is_control]
-    drift = max((row(cell, record.settings).ratio.value for cell in timed if cell.is_control), default=1.0)
+    still = [row(cell, record.settings) for cell in timed if cell.is_control]
+    drift = max((r.ratio.value for r in still), default=1.0)
     doubled = {r.name for r in rows if r.ratio.lower > BEYOND_NOISE * drift}
     confirmed = {cell.name for cell in timed if len(cell.pairs) >= 2 * record.settings.pairs} | doubled
     heavier = [Regression(cell.name, what) for cell in compared if (what := _heavier(cell))]
     slower = [Regression(r.name, _slow(r)) for r in rows if r.name in confirmed and is_slower(r)]
+    moved = ", ".join(f"{r.name} by {r.ratio.value - 1:+.1%}" for r in still if is_disturbed(r))
+    turned = any(cell.turned_wrong for cell in answering)
+    kind = "cells are gone" if lost else "answers are wrong" if turned else "other answers"
+    rules = (
+        (lost or wrong, Outcome.REGRESSION, f"regression: {kind}"),
+        (heavier, Outcome.REGRESSION, "regression: more instructions per call"),
+        (doubled, Outcome.REGRESSION, "regression: slower"),
+        # A budget that was spent comes before the controls, because over a few pairs they move by chance.
+        (record.cut, Outcome.INCONCLUSIVE, f"{ABOUT_TIME}: {record.cut}"),
+        (
+            moved,
+            Outcome.INCONCLUSIVE,
+            f"{ABOUT_TIME}: cells that no commit can change moved ({moved}); try a quieter machine",
+        ),
+        (slower, Outcome.REGRESSION, "regression: slower"),
+        (True, Outcome.PASS, f"pass: {plural(len(rows), 'cell')}, none slower than its threshold"),
+    )
+    outcome, summary = next((outcome, summary) for reason, outcome, summary in rules if reason)
     improvements = [r for r in rows if is_faster(r)]
-
-    ended = partial(Verdict, findings=lost + wrong + heavier + slower, improvements=improvements, rows=rows)
-    moved = [r for cell in timed if cell.is_control and is_disturbed(r := row(cell, record.settings))]
-    if lost or wrong:
-        turned = any(cell.turned_wrong for cell in answering)
-        kind = "cells are gone" if lost else "answers are wrong" if turned else "other answers"
-        return ended(outcome=Outcome.REGRESSION, summary=f"regression: {kind}")
-    if heavier:
-        return ended(outcome=Outcome.REGRESSION, summary="regression: more instructions per call")
-    if doubled:
-        return ended(outcome=Outcome.REGRESSION, summary="regression: slower")
-    if record.cut:  # looked at before the controls, because over a few pairs they move by chance
-        return ended(outcome=Outcome.INCONCLUSIVE, summary=f"{ABOUT_TIME}: {record.cut}")
-    if moved:
-        names = ", ".join(f"{r.name} by {r.ratio.value - 1:+.1%}" for r in moved)
-        summary = f"{ABOUT_TIME}: cells that no commit can change moved ({names}); try a quieter machine"
-        return ended(outcome=Outcome.INCONCLUSIVE, summary=summary)
-    if slower:
-        return ended(outcome=Outcome.REGRESSION, summary="regression: slower")
-    summary = f"pass: {plural(len(rows), 'cell')}, none slower than its threshold"
-    return ended(outcome=Outcome.PASS, summary=summary)
+    return Verdict(outcome, summary, lost + wrong + heavier + slower, improvements, rows)
 
 
 def in_both(cell: GateCell) -> bool:
@@ -213,10 +211,6 @@ def trips(counts: tuple[float, float]) -> bool:
     return head > TRIPWIRE * base
 
 
-def _is_lost(cell: GateCell) -> bool:
-    return bool(cell.head_lacks) and not cell.base_lacks
-
-
 def _wrong_answer(cell: GateCell) -> str:
     if cell.turned_wrong:
         return f"{'new, and wrong' if cell.base_lacks else 'wrong answer'}: {cell.turned_wrong}"
@@ -236,10 +230,6 @@ def _slow(r: Standing) -> str:
     return f"{r.base_us:.3f} → {r.head_us:.3f} µs, {r.ratio.value - 1:+.1%} ({low:+.1%} … {high:+.1%})"
 
 
-def _untimed(outcome: Outcome, summary: str) -> Verdict:
-    return Verdict(outcome=outcome, summary=summary, findings=[], improvements=[], rows=[])
-
-
 SIGNS = {0: "✅", 1: "❌", 3: "❔"}
 
 
@@ -254,10 +244,11 @@ def markdown(record: GateRecord, result: Verdict, *, folded: bool = True) -> str
             return [f"<details><summary>{title}</summary>", "", text, "</details>", ""]
         return [f"**{title}**", "", text]
 
+    between = f"{plural(len(record.commits), 'commit')} between them" if record.commits else "two trees"
     lines = [
         f"## {SIGNS[result.outcome]} Gate: {result.summary}",
         "",
-        f"base `{record.base}` → head `{record.head}`, {_commits(record)}",
+        f"base `{record.base}` → head `{record.head}`, {between}",
         "",
     ]
     if result.findings:
@@ -321,8 +312,3 @@ def _times(rows: Sequence[Standing]) -> str:
         for row in rows
     ]
     return table(headers, lines)
-
-
-def _commits(record: GateRecord) -> str:
-    n = len(record.commits)
-    return f"{plural(n, 'commit')} between them" if n else "two trees"

@@ -9,7 +9,7 @@ from alloc import Allocation, Status, Vehicle
 from alloc.allocation import FloatArray, StatusArray
 from bench.demands import DemandSet
 from bench.gate import contract
-from bench.gate.answers import SideAnswers, answered, first, wrong
+from bench.gate.answers import answered, first, wrong
 from bench.gate.examine import judge_cell
 from bench.gate.questions import (
     nobody,
@@ -17,7 +17,7 @@ from bench.gate.questions import (
 from bench.gate.record import GateCell
 from bench.gate.side import Prober
 from bench.judging.question import Question, questions
-from tests.gate_sides import PROMISES, Here, Turned, Whole, of_scaled
+from tests.gate_sides import Here, Turned, Whole, of_scaled
 
 FORMS = {
     "a list of whole numbers": "tau = np.asarray(tau)\n        if tau.dtype.kind in 'iu': f = np.trunc(f)",
@@ -123,12 +123,6 @@ def test_no_form_is_wrong_of_a_right_method(vehicle: Vehicle, sets: list[DemandS
     asked = [first(question, 40) for question in questions([sets[i] for i in (0, 1)], nobody)]
     judge_cell(cell, sides, asked, asked)
     assert cell.base_wrong == cell.head_wrong == cell.turned_wrong == cell.differ == ""
-
-
-def test_an_allocator_whose_many_is_at_odds_with_its_calls_is_wrong(
-    question: Question, right: list[Allocation]
-) -> None:
-    assert wrong(question, SideAnswers("", PROMISES, right, at_odds="many() differs")) == "many() differs"
 
 
 @pytest.mark.parametrize("factor", [-1.0, np.nan])

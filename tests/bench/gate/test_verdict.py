@@ -31,56 +31,89 @@ def cell(method: str = "pinv", **facts: Any) -> GateCell:
     return GateCell(vehicle="ukwial", method=method, **{**timed(), **facts})
 
 
+def record(*cells: GateCell, **facts: Any) -> GateRecord:
+    return GateRecord(base="a", head="b", settings=GateSettings(), cells=[*cells], **facts)
+
+
+def control(ratio: float = 1.0, method: str = "loop", **facts: Any) -> GateCell:
+    return GateCell(vehicle="control", method=method, **timed(ratio, **facts))
+
+
 def judged(*cells: GateCell, **facts: Any) -> Verdict:
-    controls = [
-        GateCell(vehicle="control", method="loop", **timed()),
-        GateCell(vehicle="control", method="product", **timed()),
-    ]
-    return verdict(
-        GateRecord(base="a", head="b", settings=GateSettings(), cells=[*controls, *cells], **facts)
-    )
+    return verdict(record(control(), control(method="product"), *cells, **facts))
 
 
 NEW = GateCell(vehicle="ukwial", method="svd", base_lacks="no such method")
-MOVED = GateCell(vehicle="control", method="loop", **timed(1.5))
-
-
-@pytest.mark.parametrize(
-    ("cells", "outcome"),
-    [
-        pytest.param([cell()], Outcome.PASS, id="equal times"),
-        pytest.param([cell(**timed(1.2, pairs=10))], Outcome.PASS, id="no fresh pairs confirm it"),
-        pytest.param([cell(**timed(1.029))], Outcome.PASS, id="below the threshold"),
-        pytest.param([cell(**timed(1.029, us=0.7))], Outcome.PASS, id="a short call below the threshold"),
-        pytest.param([cell(**timed(1.031, us=0.7))], Outcome.REGRESSION, id="a short call above it"),
-        pytest.param([cell(), NEW], Outcome.PASS, id="a new cell beside another"),
-        pytest.param([NEW], Outcome.INCONCLUSIVE, id="no cell stands on both sides"),
-        pytest.param([], Outcome.INCONCLUSIVE, id="no cell at all"),
-        pytest.param([cell(instructions=[(1000, 1011)] * 2)], Outcome.REGRESSION, id="two counts grew"),
-        pytest.param([cell(instructions=[(1000, 1011), (1000, 1009)])], Outcome.PASS, id="one count grew"),
-        pytest.param([cell(instructions=[(1000, 1011)])], Outcome.PASS, id="one count alone"),
-        pytest.param(
-            [cell(instructions=[(100, 110)] * 2), MOVED],
-            Outcome.REGRESSION,
-            id="counts, though controls moved",
-        ),
-    ],
+NEW_AND_WRONG = GateCell(
+    vehicle="ukwial", method="svd", base_lacks="no such", head_wrong="off", turned_wrong="off"
 )
-def test_times_and_counts_make_the_outcome(cells: list[GateCell], outcome: Outcome) -> None:
-    assert judged(*cells).outcome is outcome
-    assert judged(cell(), *cells, crashed="head: ended with SIGSEGV").outcome is Outcome.REGRESSION
+GONE = GateCell(vehicle="ukwial", method="svd", head_lacks="no such method")
+CUT, UNDECIDED = {"cut": "the budget was spent"}, "no answer got worse; inconclusive about time: "
+PASS, REGRESSION, INCONCLUSIVE = Outcome.PASS, Outcome.REGRESSION, Outcome.INCONCLUSIVE
+CASES: dict[str, tuple[list[GateCell], dict[str, str], Outcome, str]] = {
+    "equal times": ([cell()], {}, PASS, "pass: 1 cell"),
+    "no fresh pairs confirm it": ([cell(**timed(1.2, pairs=10))], {}, PASS, "pass"),
+    "below the threshold": ([cell(**timed(1.029))], {}, PASS, "pass"),
+    "above it": ([cell(), cell("svd", **timed(1.05))], {}, REGRESSION, "regression: slower"),
+    "a short call below the threshold": ([cell(**timed(1.029, us=0.7))], {}, PASS, "pass"),
+    "a short call above it": ([cell(**timed(1.031, us=0.7))], {}, REGRESSION, "regression: slower"),
+    "not certain": ([cell(**timed(1.04, spread=0.2))], {}, PASS, "pass"),
+    "a new cell beside another": ([cell(), NEW], {}, PASS, "pass: 1 cell"),
+    "no cell stands on both sides": ([NEW], {}, INCONCLUSIVE, "nothing to compare"),
+    "no cell at all": ([], {}, INCONCLUSIVE, "nothing to compare"),
+    "two counts grew": (
+        [cell(instructions=[(1000, 1011)] * 2)], {}, REGRESSION, "regression: more instructions per call"
+    ),
+    "one count grew": ([cell(instructions=[(1000, 1011), (1000, 1009)])], {}, PASS, "pass"),
+    "one count alone": ([cell(instructions=[(1000, 1011)])], {}, PASS, "pass"),
+    "counts, though controls moved": (
+        [cell(instructions=[(100, 110)] * 2), control(1.5)], {}, REGRESSION, "regression: more instructions"
+    ),
+    "a control moved": (
+        [cell(**timed(1.2)), control(1.035)], {}, INCONCLUSIVE, f"{UNDECIDED}cells that no commit can change"
+    ),
+    "a control got faster": ([cell(**timed(1.2)), control(1 / 1.035)], {}, INCONCLUSIVE, UNDECIDED),
+    "a spent budget, and a control of few pairs": (
+        [cell(), control(1.035, pairs=2)], CUT, INCONCLUSIVE, f"{UNDECIDED}the budget was spent"
+    ),
+    "a spent budget": ([cell(**timed(1.2))], CUT, INCONCLUSIVE, UNDECIDED),
+    "twice as long, in a spent budget": ([cell(**timed(20.0))], CUT, REGRESSION, "regression: slower"),
+    "so are the controls": ([cell(**timed(20.0)), control(20.0)], CUT, INCONCLUSIVE, UNDECIDED),
+    "wrong, however fast": (
+        [cell(**timed(0.5), turned_wrong="off")], {}, REGRESSION, "regression: answers are wrong"
+    ),
+    "another answer is not called wrong": (
+        [cell(**timed(0.5), differ="PARTIAL → SOLVED")], {}, REGRESSION, "regression: other answers"
+    ),
+    "a cell that is gone comes first": (
+        [GONE, cell(turned_wrong="off"), control(2.0)], CUT, REGRESSION, "regression: cells are gone"
+    ),
+    "new, and wrong": ([NEW_AND_WRONG], {}, REGRESSION, "regression: answers are wrong"),
+    "new, and wrong, beside another": ([cell(), NEW_AND_WRONG], {}, REGRESSION, "regression: answers are"),
+    "unchanged": ([], {"unchanged": "only the README differs"}, PASS, "pass at once: only the README"),
+}  # fmt: skip
 
 
-def test_a_clear_slow_down_fails_and_names_the_cell() -> None:
-    result = judged(cell(), cell("svd", **timed(1.05)))
-    assert result.outcome is Outcome.REGRESSION
-    assert [finding.cell for finding in result.findings] == ["ukwial:svd:-"]
+@pytest.mark.parametrize("case", CASES)
+def test_each_rule_makes_the_outcome_in_its_order(case: str) -> None:
+    cells, facts, outcome, summary = CASES[case]
+    result = judged(*cells, **facts)
+    assert result.outcome is outcome
+    assert result.summary.startswith(summary)
+    if not facts:
+        crashed = judged(cell(), *cells, crashed="head: ended with SIGSEGV")
+        assert crashed.outcome is Outcome.REGRESSION
 
 
-def test_a_slow_down_that_is_not_certain_passes() -> None:
-    noisy = timed(1.04, spread=0.2)
-    assert ratio(noisy["pairs"]).lower < 1.01
-    assert judged(cell(**noisy)).outcome is Outcome.PASS
+def test_each_regression_and_improvement_is_named() -> None:
+    slow, gone = judged(cell(), cell("svd", **timed(1.05))), judged(GONE, cell(turned_wrong="off"))
+    assert [finding.cell for finding in slow.findings] == ["ukwial:svd:-"]
+    assert [finding.cell for finding in gone.findings] == ["ukwial:svd:-", "ukwial:pinv:-"]
+    assert judged(NEW_AND_WRONG).findings == [("ukwial:svd:-", "new, and wrong: off")]
+    faster = judged(cell(**timed(0.9)))
+    assert faster.outcome is Outcome.PASS
+    assert [row.name for row in faster.improvements] == ["ukwial:pinv:-"]
+    assert "control:loop" in judged(cell(**timed(1.2)), control(1.035)).summary
 
 
 def test_a_suspicion_needs_less_certainty_than_a_failure() -> None:
@@ -90,113 +123,35 @@ def test_a_suspicion_needs_less_certainty_than_a_failure() -> None:
     assert judged(doubtful).outcome is Outcome.PASS
 
 
-@pytest.mark.parametrize("moved", [1.035, 1 / 1.035])
-def test_a_control_cell_that_moves_either_way_makes_the_gate_inconclusive(moved: float) -> None:
-    result = judged(cell(**timed(1.2)), GateCell(vehicle="control", method="loop", **timed(moved)))
-    assert result.outcome is Outcome.INCONCLUSIVE
-    assert "control:loop" in result.summary
-
-
-def test_a_spent_budget_is_reported_before_a_control_cell_that_moved() -> None:
-    result = judged(
-        cell(),
-        GateCell(vehicle="control", method="loop", **timed(1.035, pairs=2)),
-        cut="the budget was spent",
-    )
-    assert result.outcome is Outcome.INCONCLUSIVE
-    assert result.summary == "no answer got worse; inconclusive about time: the budget was spent"
-
-
-@pytest.mark.parametrize(
-    ("what", "summary"),
-    [({"turned_wrong": "off"}, "answers are wrong"), ({"differ": "PARTIAL → SOLVED"}, "other answers")],
-)
-def test_a_wrong_answer_fails_however_fast_it_is_and_another_one_is_not_called_wrong(
-    what: dict[str, str], summary: str
-) -> None:
-    result = judged(cell(**timed(0.5), **what))
-    assert result.outcome is Outcome.REGRESSION
-    assert result.summary == f"regression: {summary}"
-
-
 @pytest.mark.parametrize(
     ("base", "head", "said"), [("off", "off by 2 N", "base off; head off by 2 N"), ("off", "off", "off")]
 )
 def test_an_answer_that_is_wrong_on_both_sides_is_noted_with_what_each_did_and_passes(
     base: str, head: str, said: str
 ) -> None:
-    record = GateRecord(
-        base="a", head="b", settings=GateSettings(), cells=[cell(base_wrong=base, head_wrong=head)]
-    )
-    result = verdict(record)
-    assert result.outcome is Outcome.PASS
-    assert f"wrong on both sides: `ukwial:pinv:-`: {said}\n" in markdown(record, result)
-
-
-def test_a_cell_that_is_gone_is_the_first_reason_to_fail() -> None:
-    gone = GateCell(vehicle="ukwial", method="svd", head_lacks="no such method")
-    moved = GateCell(vehicle="control", method="loop", **timed(2.0))
-    result = judged(gone, cell(turned_wrong="off"), moved, cut="no time left")
-    assert result.outcome is Outcome.REGRESSION
-    assert result.summary == "regression: cells are gone"
-    assert result.findings[0].cell == "ukwial:svd:-"
-
-
-def test_a_new_cell_that_is_wrong_fails_and_is_called_new_once() -> None:
-    new = GateCell(vehicle="ukwial", method="svd", base_lacks="no such", head_wrong="off", turned_wrong="off")
-    for cells in ([new], [cell(), new]):
-        record = GateRecord(base="a", head="b", settings=GateSettings(), cells=cells)
-        result = verdict(record)
-        assert (result.outcome, result.summary) == (Outcome.REGRESSION, "regression: answers are wrong")
-        assert result.findings == [("ukwial:svd:-", "new, and wrong: off")]
-        assert "- new: " not in markdown(record, result)
-
-
-def test_a_budget_that_ran_out_is_inconclusive_but_for_a_cell_that_takes_twice_as_long() -> None:
-    cut = "the budget was spent"
-    assert judged(cell(**timed(1.2)), cut=cut).outcome is Outcome.INCONCLUSIVE
-    slow = judged(cell(**timed(20.0)), cut=cut)
-    assert slow.outcome is Outcome.REGRESSION
-    assert slow.summary == "regression: slower"
-    assert [found.cell for found in slow.findings] == [slow.rows[0].name]
-    control = GateCell(vehicle="control", method="sum", **timed(20.0))
-    assert judged(cell(**timed(20.0)), control, cut=cut).outcome is Outcome.INCONCLUSIVE
-
-
-def test_unchanged_trees_pass_with_the_reason() -> None:
-    result = verdict(
-        GateRecord(base="a", head="b", settings=GateSettings(), unchanged="only the README differs")
-    )
-    assert result.outcome is Outcome.PASS
-    assert "only the README differs" in result.summary
-
-
-def test_a_cell_that_got_faster_is_listed_as_an_improvement() -> None:
-    result = judged(cell(**timed(0.9)))
-    assert result.outcome is Outcome.PASS
-    assert [row.name for row in result.improvements] == ["ukwial:pinv:-"]
+    both = record(cell(base_wrong=base, head_wrong=head))
+    assert verdict(both).outcome is Outcome.PASS
+    assert f"wrong on both sides: `ukwial:pinv:-`: {said}\n" in markdown(both, verdict(both))
+    new = record(cell(), NEW_AND_WRONG)  # it is called new once
+    assert "- new: " not in markdown(new, verdict(new))
 
 
 def test_the_report_shows_a_slower_cell_with_its_times_interval_and_instructions() -> None:
     slow = cell(**timed(1.1, us=5.0), instructions=[(1000, 1100), (1000, 1100)])
-    record = GateRecord(
-        base="a", head="b", settings=GateSettings(), cells=[slow], commits=["1234567 Make it slower"]
-    )
-    text = markdown(record, verdict(record))
+    made = record(slow, commits=["1234567 Make it slower"])
+    text = markdown(made, verdict(made))
     assert text.startswith("## ❌ Gate: regression")
     rows = [" ".join(line.split()) for line in text.splitlines()]
     row = next(row for row in rows if row.startswith("| `ukwial:pinv:-` | 5.000 |"))
     assert "| 1.100 | 1.099 … 1.101 | +10.00% |" in row
     assert "+10.00%" in row
     assert "1234567 Make it slower" in text
-    assert '"exit_code": 1' in as_json(record, verdict(record))
+    assert '"exit_code": 1' in as_json(made, verdict(made))
 
 
 def test_a_message_with_bars_and_lines_stays_one_cell_of_the_report() -> None:
-    record = GateRecord(
-        base="a", head="b", settings=GateSettings(), cells=[cell(head_lacks="head: it said a | b\nand c")]
-    )
-    text = markdown(record, verdict(record))
+    made = record(cell(head_lacks="head: it said a | b\nand c"))
+    text = markdown(made, verdict(made))
     row = next(line for line in text.splitlines() if line.startswith("| `ukwial:pinv:-`"))
     assert row.replace("\\|", "").count("|") == 3
     assert "b and c" in row
@@ -241,11 +196,9 @@ def test_medians_are_times_of_a_single_call() -> None:
 def test_no_text_of_others_is_markdown_in_the_comment() -> None:
     """A commit's subject and an exception's text made headings, and fetched pictures."""
     evil = "a | b\n# Heading\n![](http://x/y.png) <img src=http://x> \x1b[31mred"
-    record = GateRecord(
-        base="a", head="b", settings=GateSettings(), cells=[cell()], notes=[f"`ukwial:pinv:-`: {evil}"]
-    )
-    record.commits = [f"<img src=http://x> {evil}"]
-    text = markdown(record, verdict(record))
+    commits, notes = [f"<img src=http://x> {evil}"], [f"`ukwial:pinv:-`: {evil}"]
+    made = record(cell(), notes=notes, commits=commits)
+    text = markdown(made, verdict(made))
     assert "- `ukwial:pinv:-`: a \\| b # Heading" in text
     assert "\n#" not in text[1:]
     assert "\x1b" not in text
