@@ -47,7 +47,7 @@ BODIES = {
     "exits": "if large: os._exit(0)",
     "calls-exit": "if large: sys.exit(3)",
     "yesterday": "self.f[:] = f; f = self.f",
-    "sleeps": "time.sleep(0.003)",
+    "sleeps": "time.sleep(0.001)",
     "floods": "print('x' * 10_000); sys.stdout.flush()",
     "off": "f *= 1.001",
     "off-after-a-failure": "f *= 1.001 if self.failed else 1.0",

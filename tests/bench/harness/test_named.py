@@ -5,6 +5,8 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from alloc.c import missing
+from alloc.errors import UnknownName
 from bench.harness.plan import RunSettings, SettingsError, default, quick
 from tests.plugin_files import write_plugin
 from tests.runs import contenders
@@ -60,3 +62,23 @@ def test_a_method_of_a_program_a_call_is_asked_by_name_only(settings: RunSetting
     assert "frugal" not in {c.method.name for c in contenders(settings)}
     named = msgspec.structs.replace(settings, methods=("frugal",))
     assert [c.method.name for c in contenders(named)] == ["frugal"]
+
+
+needs_compiler = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
+
+
+@pytest.mark.parametrize(
+    ("file", "methods"),
+    [
+        ("noop.py", ()),
+        pytest.param("pinv.py", ("pinv@native",), marks=needs_compiler),
+        ("nullspace.py", ("qp/daqp",)),
+    ],
+)
+def test_a_plug_in_named_as_a_yardstick_or_as_what_represents_another_method_is_refused(
+    tmp_path: Path, file: str, methods: tuple[str, ...]
+) -> None:
+    path = tmp_path / file
+    path.write_text("from alloc.methods.pinv import FORMULATION, build\n")
+    with pytest.raises(UnknownName, match="another method is called"):
+        contenders(RunSettings(demands=(), methods=methods, plugins=(str(path),)))
