@@ -1,9 +1,9 @@
 """Sides of the gate that answer in this process, and allocators that answer wrong."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from click.testing import CliRunner, Result
@@ -12,10 +12,14 @@ import alloc
 from alloc import Allocation, Label, Status, Vehicle, build
 from alloc.allocation import FloatArray, StatusArray
 from bench.commands.gate import command
+from bench.demands import DemandSet
 from bench.gate.answers import SideAnswers
-from bench.gate.side import Refused
+from bench.gate.examine import judge_cell
+from bench.gate.questions import nobody
+from bench.gate.record import GateCell
+from bench.gate.side import Prober, Refused
 from bench.gate.worker import Built, Orders
-from bench.judging.question import Question
+from bench.judging.question import Question, questions
 
 PLUGIN = """\
 import numpy as np
@@ -57,6 +61,31 @@ def at(question: Question, label: Label) -> int:
 
 def changed(answers: list[Allocation], i: int, f: FloatArray, status: Status = Status.SOLVED) -> SideAnswers:
     return SideAnswers("", PROMISES, [*answers[:i], Allocation(f, status), *answers[i + 1 :]])
+
+
+def few(sets: Sequence[DemandSet], which: Sequence[int], count: int) -> list[Question]:
+    """The first demands of some of the sets, with no optimum but that of closed forms."""
+    return [question.rows(slice(count)) for question in questions([sets[i] for i in which], nobody)]
+
+
+def judged(
+    base: Callable[[Any], Any],
+    head: Callable[[Any], Any],
+    asked: Sequence[Question],
+    method: str = "scaled",
+    vehicle: str = "ukwial",
+) -> tuple[GateCell, list[str]]:
+    """A cell that is spoilt so on both sides, and remarks of its judge."""
+    cell = GateCell(vehicle=vehicle, method=method)
+    sides = cast("tuple[Prober, Prober]", (Whole(base), Whole(head)))
+    remarks, refused = judge_cell(cell, sides, asked, asked)
+    assert not refused
+    return cell, remarks
+
+
+def same(allocate: Any) -> Any:
+    """The allocator as it is."""
+    return allocate
 
 
 class Here:

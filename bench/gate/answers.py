@@ -1,7 +1,6 @@
 """One side's answers to a question, by equations and against those of the other side."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, NamedTuple, cast
 
@@ -13,7 +12,7 @@ from alloc.formulations import list_formulations
 from alloc.live.plain import ANY_DISTANCE
 from alloc.vehicle.checks import ARRAYS
 from bench.demands import DemandSet
-from bench.demands.store import HARD, Case
+from bench.demands.store import Case
 from bench.gate.contract import farthest
 from bench.gate.record import GateCell
 from bench.gate.side import Died, Prober, Refused
@@ -63,7 +62,7 @@ class SideAnswers(NamedTuple):
     many: bool = True
 
 
-def answered(side: Prober, cell: GateCell, question: Question) -> SideAnswers:
+def ask_side(side: Prober, cell: GateCell, question: Question) -> SideAnswers:
     """Ask one side for its answers to the question's demands, as many as it gives in SECONDS.
 
     Thrusts of ``many`` are compared with those of single calls on the cell's own vehicle only: on the nearly
@@ -81,10 +80,10 @@ def answered(side: Prober, cell: GateCell, question: Question) -> SideAnswers:
     except (Died, Refused, ValueError) as reason:
         refused = isinstance(reason, Refused) and reason.kind == NotApplicable.__name__
         return SideAnswers(str(reason), {}, (), refused=refused)
-    return _given(raw, promises, vehicle, own=own)
+    return _parse_reply(raw, promises, vehicle, own=own)
 
 
-def answered_early(side: Prober, cell: GateCell, question: Question, now: SideAnswers) -> SideAnswers:
+def ask_first_built(side: Prober, cell: GateCell, question: Question, now: SideAnswers) -> SideAnswers:
     """Ask the allocator that was built first once more, after others were built for failed thrusters.
 
     ``now`` is what it answered before.
@@ -96,10 +95,12 @@ def answered_early(side: Prober, cell: GateCell, question: Question, now: SideAn
     except (Died, Refused) as reason:
         lost = isinstance(reason, Refused) and reason.kind == KeyError.__name__  # its process ended meanwhile
         return now if lost else SideAnswers(str(reason), {}, ())
-    return _given(raw, now.promises, question.demands.vehicle, own=False)
+    return _parse_reply(raw, now.promises, question.demands.vehicle, own=False)
 
 
-def _given(raw: Mapping[str, Any], promises: dict[str, Any], vehicle: Vehicle, *, own: bool) -> SideAnswers:
+def _parse_reply(
+    raw: Mapping[str, Any], promises: dict[str, Any], vehicle: Vehicle, *, own: bool
+) -> SideAnswers:
     """A worker's reply as answers that can be judged."""
     odd = set(raw["odd"])
     # Each f is an array of its own: the judge looks for answers that share memory.
@@ -133,18 +134,6 @@ def state(vehicle: Vehicle) -> dict[str, Any]:
     return {"vehicle": vehicle.whole or vehicle.name, "weaker": weaker}
 
 
-def first(question: Question, count: int) -> Question:
-    """The question with no more than ``count`` demands."""
-    d = question.demands
-    low, high = (None if side is None else side[:count] for side in (d.f_min, d.f_max))
-    hard: dict[str, Any] = {key: part[:count] for key in HARD if (part := getattr(d, key)) is not None}
-    demands = replace(
-        d, taus=d.taus[:count], labels=d.labels[:count], alpha=d.alpha[:count], f_min=low, f_max=high, **hard
-    )
-    right = {name: F[:count] for name, F in question.right.items()}
-    return replace(question, demands=demands, right=right)
-
-
 def cut(side: SideAnswers, count: int) -> SideAnswers:
     """The first ``count`` answers of a side."""
     raised = {demand: what for demand, what in side.raised.items() if demand < count}
@@ -166,7 +155,7 @@ def wrong(question: Question, side: SideAnswers) -> str:
     return ""
 
 
-def wrong_ones(question: Question, side: SideAnswers) -> BoolArray:
+def error_mask(question: Question, side: SideAnswers) -> BoolArray:
     """Mask of one side's answers that are wrong by the equations, or beyond the promised distance, (N,)."""
     seen = measured(question, side.answers, side.promises["formulation"])
     wrong: BoolArray = seen.distance > side.promises["tolerance"] * question.demands.vehicle.f_scale
@@ -190,13 +179,13 @@ def _mended(question: Question, base: SideAnswers, head: SideAnswers, doubted: b
     ``doubted`` it is no evidence of what is right where no optimum is known, as of demands beyond reach.
     """
     pairs = zip(base.answers, head.answers, strict=True)
-    mended = wrong_ones(question, base)
+    mended = error_mask(question, base)
     mended |= np.array([a.status in LESS and b.status == Status.SOLVED for a, b in pairs], dtype=bool)
     if doubted:
         now = measured(question, head.answers, head.promises["formulation"])
         beyond = question.demands.labels == Label.INFEASIBLE
         mended |= np.isnan(now.distance) & (now.finite | beyond)
-    mended &= ~wrong_ones(question, head)
+    mended &= ~error_mask(question, head)
     return mended
 
 
@@ -218,8 +207,13 @@ def differ(question: Question, base: SideAnswers, head: SideAnswers, *, doubted:
             alike[i] = False
         elif len(b.share) < len(a.share):
             return f"{plural(len(a.share), 'share')} → {len(b.share) or 'none'} for demand {i}"
-        elif not (mended[i] or a.share == b.share[: len(a.share)] or _alike(a.share, b.share)):
-            return f"shares {_shown(a.share)} → {_shown(b.share)} for demand {i}"
+        elif not (
+            mended[i]
+            or a.share == b.share[: len(a.share)]  # most are, and this costs less
+            or np.allclose(a.share, b.share[: len(a.share)], rtol=0, atol=EDGE)
+        ):
+            before, now = (" ".join(f"{share:.3g}" for share in side.share) for side in (a, b))
+            return f"shares {before} → {now} for demand {i}"
     thrusts = (stacked([answer.f for answer in side.answers], vehicle.n)[0] for side in (base, head))
     apart = farthest(*(F[alike] for F in thrusts))
     allowed = apart_allowed(base.promises, vehicle)
@@ -231,27 +225,16 @@ def differ(question: Question, base: SideAnswers, head: SideAnswers, *, doubted:
 def _less(base: SideAnswers, head: SideAnswers) -> str:
     """Promises of base that head lacks, in words; empty for none."""
     before, now = base.promises, head.promises
-    if before["formulation"] != now["formulation"] and not _is_practice(before["formulation"]):
+    known = {
+        formulation.name for formulation in list_formulations()
+    }  # a rule of one's own promises no optimum
+    if before["formulation"] != now["formulation"] and before["formulation"] in known:
         return f"formulation {before['formulation']} → {now['formulation']}: less is promised"
     if before["limited"] and not now["limited"]:
         return "limited True → False: less is promised"
     if now["tolerance"] > before["tolerance"]:
         return f"tolerance {before['tolerance']:g} → {now['tolerance']:g}: less is promised"
     return "many() is gone" if base.many and not head.many else ""
-
-
-def _is_practice(formulation: str) -> bool:
-    """True if a formulation is a rule of one's own, which promises no optimum."""
-    return formulation not in [known.name for known in list_formulations()]
-
-
-def _alike(before: Sequence[float], now: Sequence[float]) -> bool:
-    """True if the shares that base had are the same but for rounding; head may have more."""
-    return np.allclose(before, now[: len(before)], rtol=0, atol=EDGE)
-
-
-def _shown(shares: Sequence[float]) -> str:
-    return " ".join(f"{share:.3g}" for share in shares)
 
 
 def apart_allowed(promises: Mapping[str, Any], vehicle: Vehicle) -> float:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-Held = dict[str, Any]
+Comparison = dict[str, Any]
 """Answers to a form of calls: ``same``, True for the same statuses, and how far ``apart`` thrusts lie [N], or
 what it ``raises``."""
 Pair = tuple[Any, Any]
@@ -29,15 +29,15 @@ PASSES, LONGEST_S, PROBED = 40, 5.0, 3
 how long a call is."""
 
 
-def forms(allocate: Any, taus: Any, low: Any, high: Any) -> dict[str, Held]:
+def forms(allocate: Any, taus: Any, low: Any, high: Any) -> dict[str, Comparison]:
     """Answers of an allocator to demands (N, k) [N, N m] with limits (N, n) [N], by the name of the form.
 
     Left out is what it does not have: limits of the call, or ``many``. A slow one is asked fewer demands, and
     none at all where one would take too long.
     """
-    count = _affordable(allocate, taus)
-    found: dict[str, Held] = {}
-    for name, usual, other in _forms(allocate, taus[:count], low[:count], high[:count]) if count else ():
+    count = _affordable_count(allocate, taus)
+    found: dict[str, Comparison] = {}
+    for name, usual, other in _all_forms(allocate, taus[:count], low[:count], high[:count]) if count else ():
         try:
             (F, status), (others, verdicts) = usual(), other()
         except Exception as error:
@@ -54,22 +54,22 @@ def farthest(F: Any, other: Any) -> float:
     return float(np.nan_to_num(np.abs(F - other)[~same], nan=np.inf).max(initial=0.0))
 
 
-def _affordable(allocate: Any, taus: Any) -> int:
+def _affordable_count(allocate: Any, taus: Any) -> int:
     """Number of demands that all forms together can be asked in LONGEST_S."""
     start = monotonic()
-    _singly(allocate, taus[:PROBED])
+    _single_calls(allocate, taus[:PROBED])
     each = (monotonic() - start) / len(taus[:PROBED])
     return min(len(taus), int(LONGEST_S / (PASSES * max(each, 1e-9))))
 
 
-def _whole(taus: Any) -> Any:
+def _whole_numbers(taus: Any) -> Any:
     larger = np.maximum(1.0, LEAST / np.maximum(np.abs(taus).max(axis=1, keepdims=True), 1e-300))
     return np.rint(np.where(taus.any(axis=1, keepdims=True), larger, 0.0) * taus).astype(int)
 
 
 CONVERSIONS: dict[str, Callable[[Any], Any]] = {
-    "a list of whole numbers": lambda taus: _whole(taus).tolist(),
-    "an array of whole numbers": _whole,
+    "a list of whole numbers": lambda taus: _whole_numbers(taus).tolist(),
+    "an array of whole numbers": _whole_numbers,
     "an array made of columns": np.asfortranarray,  # no row of it lies in one piece of memory
     "an array in single precision": lambda taus: taus.astype("float32"),
 }
@@ -83,36 +83,39 @@ SIDES: dict[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
 """By name, f_min and f_max that ``many`` is given, made of (N, n) limits."""
 
 
-def _forms(allocate: Any, taus: Any, low: Any, high: Any) -> Iterator[Form]:
+def _all_forms(allocate: Any, taus: Any, low: Any, high: Any) -> Iterator[Form]:
     """All forms of calls that the allocator has."""
-    usual, many, columns = _singly(allocate, taus), getattr(allocate, "many", None), (taus, low, high)
-    yield from _of_demands(allocate, taus)
+    usual, many, columns = _single_calls(allocate, taus), getattr(allocate, "many", None), (taus, low, high)
+    yield from _demand_forms(allocate, taus)
     limited: Pair | None
     try:
-        limited = _singly(allocate, *columns)
+        limited = _single_calls(allocate, *columns)
     except Exception:  # it takes no limits, or fails with them, which is judged elsewhere
         limited = None
     if limited is not None:
-        yield from _of_limits(allocate, usual, limited, columns)
+        yield from _limit_forms(allocate, usual, limited, columns)
     if many is None:
         return
     for name, convert in CONVERSIONS.items():
         made = convert(taus)
-        yield f"many() of {name}", partial(_singly, allocate, _floats(made)), partial(many, made)
-    before: list[Any] = []
-    yield "many() called again", partial(_kept, many, taus, before), lambda: (many(-taus), before[0])[1]
+        yield f"many() of {name}", partial(_single_calls, allocate, _floats(made)), partial(many, made)
+    yield (
+        "many() called again",
+        lambda: (np.copy((made := many(taus.copy()))[0]), np.copy(made[1])),
+        lambda: (many(taus.copy()), many(-taus))[0],
+    )
     if limited is None:
         return
     for name, (first, second) in SIDES.items():
         yield (
             f"many() with one row of {name}",
-            partial(_within, allocate, taus, first(low), second(high)),
-            partial(_together, many, taus, first(low), second(high)),
+            partial(_calls_within, allocate, taus, first(low), second(high)),
+            partial(_many_within, many, taus, first(low), second(high)),
         )
     striped = map(np.asfortranarray, columns)
     yield (
         "many() with limits in an array made of columns",
-        partial(_singly, allocate, *columns),
+        partial(_single_calls, allocate, *columns),
         partial(many, *striped),
     )
     given = [each.copy() for each in columns]
@@ -123,97 +126,98 @@ def _forms(allocate: Any, taus: Any, low: Any, high: Any) -> Iterator[Form]:
     )
 
 
-def _of_demands(allocate: Any, taus: Any) -> Iterator[Form]:
+def _demand_forms(allocate: Any, taus: Any) -> Iterator[Form]:
     """Forms of calls without limits."""
     for name, convert in CONVERSIONS.items():
         made = convert(taus)
-        yield name, partial(_singly, allocate, _floats(made)), partial(_rows, allocate, zip(made))
-    usual = partial(_singly, allocate, taus)
-    yield "an array that is used again", usual, partial(_used_again, allocate, taus)
+        yield (
+            name,
+            partial(_single_calls, allocate, _floats(made)),
+            partial(_answers_of, allocate, zip(made)),
+        )
+    usual = partial(_single_calls, allocate, taus)
+    yield "an array that is used again", usual, partial(_calls_with_one_array, allocate, taus)
     near = (1.0 + NEAR) * taus  # a vehicle's demands hardly move from call to call
-    after = partial(_after, allocate, zip(taus), zip(near))
-    yield "a demand next to the last", partial(_singly, allocate, near), after
+    after = partial(_calls_after, allocate, zip(taus), zip(near))
+    yield "a demand next to the last", partial(_single_calls, allocate, near), after
 
 
-def _of_limits(allocate: Any, usual: Pair, limited: Pair, columns: tuple[Any, Any, Any]) -> Iterator[Form]:
+def _limit_forms(allocate: Any, usual: Pair, limited: Pair, columns: tuple[Any, Any, Any]) -> Iterator[Form]:
     """Forms of calls with limits."""
     taus, low, high = columns
     F = np.array(limited[0], dtype=float)
     inside = np.clip(F, low, high) if allocate.limited else F
     # A cache by demand alone would give what it answered without limits, which was asked first.
     yield "limits of a demand asked before without", lambda: (inside, limited[1]), lambda: limited
-    named = (allocate(tau, f_min=low, f_max=high) for tau, low, high in _copies(*columns))
-    yield "limits by name", lambda: limited, lambda: _columns(named)
+    named = (allocate(tau, f_min=low, f_max=high) for tau, low, high in _copied_rows(*columns))
+    yield "limits by name", lambda: limited, lambda: _columns_of(named)
     for name, convert in (
         ("limits in lists", lambda column: column.tolist()),
         ("limits in an array made of columns", np.asfortranarray),
     ):
-        yield name, lambda: limited, partial(_rows, allocate, zip(*map(convert, columns), strict=True))
+        yield name, lambda: limited, partial(_answers_of, allocate, zip(*map(convert, columns), strict=True))
     without = [(tau,) for tau in taus]
     yield (
         "limits behind a call without",
         lambda: limited,
-        partial(_after, allocate, without, _copies(*columns)),
+        partial(_calls_after, allocate, without, _copied_rows(*columns)),
     )
-    yield "no limits behind a call with", lambda: usual, partial(_after, allocate, _copies(*columns), without)
+    yield (
+        "no limits behind a call with",
+        lambda: usual,
+        partial(_calls_after, allocate, _copied_rows(*columns), without),
+    )
 
 
 def _floats(array: Any) -> Any:
     return np.ascontiguousarray(array, dtype=float)
 
 
-def _copies(*columns: Any) -> Iterable[tuple[Any, ...]]:
+def _copied_rows(*columns: Any) -> Iterable[tuple[Any, ...]]:
     """Arguments of calls, row by row, in memory of their own."""
     return zip(*(each.copy() for each in columns), strict=True)
 
 
-def _columns(answers: Iterable[Any]) -> Pair:
+def _columns_of(answers: Iterable[Any]) -> Pair:
     rows = [(answer[0].copy(), answer[1]) for answer in answers]
     return [f for f, _ in rows], [status for _, status in rows]
 
 
-def _rows(allocate: Any, calls: Iterable[tuple[Any, ...]]) -> Pair:
-    return _columns([allocate(*call) for call in calls])
+def _answers_of(allocate: Any, calls: Iterable[tuple[Any, ...]]) -> Pair:
+    return _columns_of([allocate(*call) for call in calls])
 
 
-def _singly(allocate: Any, *columns: Any) -> Pair:
-    return _rows(allocate, _copies(*columns))
+def _single_calls(allocate: Any, *columns: Any) -> Pair:
+    return _answers_of(allocate, _copied_rows(*columns))
 
 
-def _used_again(allocate: Any, taus: Any) -> Pair:
+def _calls_with_one_array(allocate: Any, taus: Any) -> Pair:
     """Answers where a caller, as an autopilot, has one array and writes each demand into it."""
     array, answers = taus[0].copy(), []
     for tau in taus:
         array[:] = tau
         answers.append(allocate(array))
-    return _columns(answers)
+    return _columns_of(answers)
 
 
-def _after(allocate: Any, calls: Iterable[Any], others: Iterable[Any]) -> Pair:
+def _calls_after(allocate: Any, calls: Iterable[Any], others: Iterable[Any]) -> Pair:
     """Answers to ``others``, each of which follows another call."""
     answers = []
     for call, other in zip(calls, others, strict=True):
         allocate(*(each.copy() for each in call))
         answers.append(allocate(*(each.copy() for each in other)))
-    return _columns(answers)
+    return _columns_of(answers)
 
 
-def _kept(many: Any, taus: Any, into: list[Any]) -> Pair:
-    """Copy of what ``many`` answers; the answer itself goes into a list."""
-    into[:] = [many(taus.copy())]
-    F, status = into[0]
-    return F.copy(), list(status)
-
-
-def _within(allocate: Any, taus: Any, *sides: Any) -> Pair:
+def _calls_within(allocate: Any, taus: Any, *sides: Any) -> Pair:
     """Single calls with limits that are rows, tables or None."""
     each = [
         [None] * len(taus) if side is None else np.resize(side, (len(taus), np.shape(side)[-1]))
         for side in sides
     ]
-    return _columns([allocate(*call) for call in zip(taus.copy(), *each, strict=True)])
+    return _columns_of([allocate(*call) for call in zip(taus.copy(), *each, strict=True)])
 
 
-def _together(many: Any, taus: Any, *sides: Any) -> Pair:
+def _many_within(many: Any, taus: Any, *sides: Any) -> Pair:
     answers: Pair = many(taus.copy(), *(None if side is None else side.copy() for side in sides))
     return answers

@@ -16,13 +16,12 @@ from bench.demands.store import Case
 from bench.gate.answers import (
     HANGS_S,
     SideAnswers,
-    answered,
-    answered_early,
     apart_allowed,
+    ask_first_built,
+    ask_side,
     calls,
     cut,
     differ,
-    first,
     state,
     useless,
     wrong,
@@ -87,11 +86,11 @@ def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
         else:
             by_vehicle.setdefault(cell.vehicle, []).append(cell)
     for name, cells in by_vehicle.items():
-        _of_vehicle(examined, (base, head), name, cells)
+        _examine_vehicle(examined, (base, head), name, cells)
     return examined
 
 
-def _of_vehicle(
+def _examine_vehicle(
     examined: Examined, sides: tuple[Prober, Prober], name: str, cells: Sequence[GateCell]
 ) -> None:
     """Judge a vehicle's cells, all of which head has, and put them to what is examined."""
@@ -102,10 +101,10 @@ def _of_vehicle(
         now = side_vehicle(head, name)
     except Refused as reason:  # base loaded the vehicle just now, or never had it: head's file is broken
         for cell in cells:
-            fails(cell, str(reason))
+            note_failure(cell, str(reason))
         examined.cells.extend(cells)
         return
-    asked = questions(demand_sets(before or now), partial(_ask, base))
+    asked = questions(demand_sets(before or now), partial(_ask_reference, base))
     examined.demands[name] = timed_demands(before or now).tolist()
     theirs = asked
     if before and head.ask("vehicle", name=name) != base.ask("vehicle", name=name):
@@ -137,7 +136,7 @@ def side_vehicle(side: Prober, name: str) -> Vehicle:
     return Vehicle(name=name, dof=tuple(numbers["dof"]), **levels, **arrays)
 
 
-def _ask(side: Prober, method: str, cases: Sequence[Case]) -> list[Answers | Unanswered]:
+def _ask_reference(side: Prober, method: str, cases: Sequence[Case]) -> list[Answers | Unanswered]:
     # Right answers of both sides come from the base's methods, because the base is the trusted side.
     answers: list[Answers | Unanswered] = []
     cell = f"reference:{method}"
@@ -179,31 +178,37 @@ def judge_cell(
     refused, doubted, fewest = False, False, inf
     whole: tuple[SideAnswers, SideAnswers] | None = None
     hard = nearly_symmetric()
+    # A method that is written for so many DOF and thrusters can't answer for others.
+    is_other_size = asked[0].demands.vehicle.T.shape != hard.demands.vehicle.T.shape
     for of_base, of_head in zip([*asked, hard], [*theirs, hard], strict=True):
-        base, head = _at_once(sides, cell, (of_base, of_head))
+        base, head = _ask_both(sides, cell, (of_base, of_head))
         count = min(len(side.answers) or len(of_base.demands.taus) for side in (base, head))
         if base.lacks and of_base is not asked[0]:  # it takes no limits of each call, or no failed thruster
-            remarks += _one_sided(cell, of_head, base, head)
+            remarks += _judge_head_alone(cell, of_head, base, head)
             continue
-        if head.lacks and of_base is hard and (head.refused or _of_other_size(asked[0])):
-            remarks.append(_made_for_its_own(cell, head))
+        if head.lacks and of_base is hard and (head.refused or is_other_size):
+            own = "no longer takes the gate's own vehicle, a nearly symmetric one"
+            remarks.append(f"{own}: `{cell.name}`: {head.lacks}")
             break
         cell.base_lacks = base.lacks or cell.base_lacks
-        cell.head_lacks = _when(of_head, head.lacks) or cell.head_lacks
+        cell.head_lacks = _prefix(of_head, head.lacks) or cell.head_lacks
         refused |= head.refused
         if base.lacks or head.lacks:
             break
         if count < len(of_base.demands.taus):
-            of_base, of_head = first(of_base, count), first(of_head, count)
+            of_base, of_head = of_base.rows(slice(count)), of_head.rows(slice(count))
             base, head = cut(base, count), cut(head, count)
             fewest = min(count, fewest)
-        before, now = _when(of_base, wrong(of_base, base)), _when(of_head, wrong(of_head, head))
+        before, now = (
+            _prefix(of_base, wrong(of_base, base)),
+            _prefix(of_head, wrong(of_head, head)),
+        )
         cell.note(before, now)
         if whole is None:  # the whole vehicle's, which are asked first
             doubted = bool(before) and useless(of_base, base, head)
         # On such edges rounding in another order may move thrusts far.
         if asked is theirs and of_base.demands.name != NEARLY:
-            cell.differ = cell.differ or _when(of_base, differ(of_base, base, head, doubted=doubted))
+            cell.differ = cell.differ or _prefix(of_base, differ(of_base, base, head, doubted=doubted))
         whole = whole or (base, head)
     if whole:
         cell.note(*map(_answers_otherwise, sides, (cell, cell), (asked[0], theirs[0]), whole))
@@ -217,40 +222,27 @@ def judge_new(cell: GateCell, head: Prober, asked: Sequence[Question]) -> tuple[
     No answer was right before, so a failure is wrong too, unless the method says that it does not cover what
     is asked. Returns what ``judge_cell`` does.
     """
-    whole = answered(head, cell, asked[0])
+    whole = ask_side(head, cell, asked[0])
     if whole.refused:
         cell.head_lacks = whole.lacks
         return [f"new, and does not cover the vehicle: `{cell.name}`: {whole.lacks}"], True
     fewest = inf
     for question in [*asked, nearly_symmetric()]:
-        side = whole if question is asked[0] else answered(head, cell, question)
+        side = whole if question is asked[0] else ask_side(head, cell, question)
         # A method may say that it takes no limits or failures, and may be made for its own vehicle alone.
         if side.refused or (side.lacks and question.demands.name == NEARLY):
             continue
         count = len(side.answers)
         if not side.lacks and count < len(question.demands.taus):
-            question, fewest = first(question, count), min(count, fewest)
-        if what := _when(question, side.lacks or wrong(question, side)):
-            fails(cell, what)
+            question, fewest = question.rows(slice(count)), min(count, fewest)
+        if what := _prefix(question, side.lacks or wrong(question, side)):
+            note_failure(cell, what)
             break
     else:
-        forms = wrong_forms(head, cell, asked[0].demands, whole.promises)
+        forms = find_form_errors(head, cell, asked[0].demands, whole.promises)
         if what := _answers_otherwise(head, cell, asked[0], whole) or first_error(forms):
-            fails(cell, what)
+            note_failure(cell, what)
     return [*_solved(cell, asked[0], whole), *_slow(cell, fewest)], False
-
-
-def _of_other_size(question: Question) -> bool:
-    """True if a cell's own vehicle has another size than the nearly symmetric one.
-
-    A method that is written for so many DOF and thrusters can't answer there.
-    """
-    return question.demands.vehicle.T.shape != nearly_symmetric().demands.vehicle.T.shape
-
-
-def _made_for_its_own(cell: GateCell, head: SideAnswers) -> str:
-    """A remark on a method that no longer takes the nearly symmetric vehicle, which is none of the user's."""
-    return f"no longer takes the gate's own vehicle, a nearly symmetric one: `{cell.name}`: {head.lacks}"
 
 
 def _solved(cell: GateCell, question: Question, side: SideAnswers) -> list[str]:
@@ -264,7 +256,7 @@ def _solved(cell: GateCell, question: Question, side: SideAnswers) -> list[str]:
     return [f"new, and gives less than is asked: {met}"] if solved < FEW * len(inside) else []
 
 
-def fails(cell: GateCell, why: str) -> None:
+def note_failure(cell: GateCell, why: str) -> None:
     """Put down why head fails: what base has is gone, and what is new is wrong."""
     if cell.base_lacks:
         cell.head_wrong = cell.turned_wrong = why
@@ -278,14 +270,14 @@ def _slow(cell: GateCell, fewest: float) -> list[str]:
     return [asked] if fewest < inf else []
 
 
-def _one_sided(cell: GateCell, question: Question, base: SideAnswers, head: SideAnswers) -> list[str]:
+def _judge_head_alone(cell: GateCell, question: Question, base: SideAnswers, head: SideAnswers) -> list[str]:
     """Judge what head alone answers, by equations; returns remarks, also on what neither side answers."""
     limits = question.demands.f_min is not None
     kind = "limits of each call" if limits else f"answers with {question.demands.name}"
     if head.lacks:
         how = f"`{cell.name}` fails on both sides: {head.lacks}"
         return [] if base.refused and head.refused else [f"no {kind} were compared: {how}"]
-    cell.note("", _when(question, wrong(question, head)))
+    cell.note("", _prefix(question, wrong(question, head)))
     return [f"{kind} are new: `{cell.name}`"]
 
 
@@ -297,7 +289,7 @@ def _note_forms(
 ) -> None:
     """Ask both sides for other forms of calls: what base answers as it does the usual ones, head must."""
     base, head = map(
-        wrong_forms, sides, (cell, cell), [q.demands for q in asked], [a.promises for a in whole]
+        find_form_errors, sides, (cell, cell), [q.demands for q in asked], [a.promises for a in whole]
     )
     for form, what in head.items():
         if what:
@@ -307,20 +299,20 @@ def _note_forms(
 
 def _answers_otherwise(side: Prober, cell: GateCell, question: Question, before: SideAnswers) -> str:
     """Difference of the whole vehicle's allocator now: those built for failures must not change it."""
-    few, then = first(question, AGAIN), cut(before, AGAIN)
-    again = answered_early(side, cell, few, then)
+    few, then = question.rows(slice(AGAIN)), cut(before, AGAIN)
+    again = ask_first_built(side, cell, few, then)
     count = min(len(then.answers), len(again.answers))  # of a slow one, not the same in the same time
-    other = again.lacks or differ(first(few, count), cut(then, count), cut(again, count))
+    other = again.lacks or differ(few.rows(slice(count)), cut(then, count), cut(again, count))
     return f"answers otherwise once another is built for a failure: {other}" if other else ""
 
 
-def _when(question: Question, what: str) -> str:
+def _prefix(question: Question, what: str) -> str:
     """Finding with the demands that it concerns, unless of all kinds: failures, limits, a vehicle."""
     name = question.demands.name
     return f"{name}: {what}" if what and name != MIXED else what
 
 
-def _at_once(
+def _ask_both(
     sides: tuple[Prober, Prober],
     cell: GateCell,
     questions: tuple[Question, Question],
@@ -328,7 +320,7 @@ def _at_once(
     """Both sides' answers, asked for side by side, since each takes a core for seconds."""
     with ThreadPoolExecutor(2) as pool:
         try:
-            return list(pool.map(answered, sides, (cell, cell), questions))
+            return list(pool.map(ask_side, sides, (cell, cell), questions))
         except BaseException:  # Ctrl-C: nobody waits for the replies any more
             for side in sides:
                 side.kill()
@@ -340,7 +332,7 @@ def first_error(forms: Mapping[str, str]) -> str:
     return next((f"{form}: {what}" for form, what in forms.items() if what), "")
 
 
-def wrong_forms(
+def find_form_errors(
     side: Prober, cell: GateCell, demands: DemandSet, promises: Mapping[str, Any]
 ) -> dict[str, str]:
     """Errors of each form of calls, by name; a form that a side does not have is left out."""

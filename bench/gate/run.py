@@ -196,7 +196,7 @@ def gate(
         unpack(head, head_tree, plugins)
         for source, tree in ((base, base_tree), (head, head_tree)) if build else ():
             trees.build(source.label, tree / source.start, build)
-        files = trees.of_each_side(((base, base_tree), (head, head_tree)), plugins)
+        files = trees.find_plugins(((base, base_tree), (head, head_tree)), plugins)
         both = (
             SourceTree(base_tree, plugins=files[0], vehicles=vehicles, source=base.path, start=base.start),
             SourceTree(head_tree, plugins=files[1], vehicles=vehicles, source=head.path, start=head.start),

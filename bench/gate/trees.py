@@ -149,7 +149,7 @@ def build(label: str, tree: Path, command: str) -> None:
         raise BadTree(f"{label}: --build {command!r} failed ({why}); mend it, or the tree")
 
 
-def of_each_side(
+def find_plugins(
     sides: Sequence[tuple[Source, Path]], plugins: Sequence[str]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Users' files as base and head have them, or as they lie where neither side holds them.
@@ -228,7 +228,7 @@ def _copy(source: Source, into: Path, plugins: Sequence[str]) -> None:
         return
     try:
         shutil.copytree(
-            source.path, into, ignore=_not_read, ignore_dangling_symlinks=True, dirs_exist_ok=True
+            source.path, into, ignore=_list_unread, ignore_dangling_symlinks=True, dirs_exist_ok=True
         )
     except (OSError, shutil.Error) as error:
         raise BadTree(
@@ -243,7 +243,7 @@ def _lies_in(source: Source, plugin: str) -> bool:
     return any((source.path / within).is_file() for within in _inside(source, Path(plugin)))
 
 
-def _not_read(folder: str, names: list[str]) -> set[str]:
+def _list_unread(folder: str, names: list[str]) -> set[str]:
     """Names in a folder that no plug-in imports: hidden folders, environments, compiled files."""
     return {
         name
@@ -312,7 +312,7 @@ def _run(repository: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
         raise BadTree("git is not installed; install it, or use --base-path and --head-path") from None
 
 
-def influences(tree: Path, plugins: Sequence[str] = ()) -> dict[str, str]:
+def digest(tree: Path, plugins: Sequence[str] = ()) -> dict[str, str]:
     """Everything in a tree that can influence measured code: digests by file, and the requirements.
 
     That is ``alloc``, or every file but documents where one of users' ``plugins`` lies there, for it may
@@ -346,7 +346,7 @@ def requirements(tree: Path) -> list[str]:
 
 def unchanged(base: SourceTree, head: SourceTree) -> str:
     """Reason why nothing needs to be measured; empty where something does."""
-    of_base, of_head = (influences(side.path, side.plugins) for side in (base, head))
+    of_base, of_head = (digest(side.path, side.plugins) for side in (base, head))
     if of_base != of_head:
         return ""
     everything = _holds(base.path, base.plugins)

@@ -50,7 +50,7 @@ def unpacked(array: Packed) -> Any:
     return np.frombuffer(b64decode(array["bytes"]), dtype="<f8").reshape(array["shape"]).copy()
 
 
-def _beside(name: str) -> Any:
+def _load_beside(name: str) -> Any:
     """The module of that name in this file's folder, which is on no path: the tree may have another."""
     spec = importlib.util.spec_from_file_location(f"gate_{name}", Path(__file__).with_name(f"{name}.py"))
     assert spec
@@ -60,7 +60,7 @@ def _beside(name: str) -> Any:
     return module
 
 
-contract = _beside("contract")
+contract = _load_beside("contract")
 
 
 class AnswerLog:
@@ -143,14 +143,14 @@ def check_origins(names: Iterable[str], tree: str, source: str) -> None:
         file = Path(os.path.realpath(getattr(sys.modules[name], "__file__", None) or ""))
         if file.is_relative_to(tree) or name.partition(".")[0] in sys.stdlib_module_names:
             continue
-        if instead := _instead(name, file, tree, source):
+        if instead := _find_own_file(name, file, tree, source):
             raise Elsewhere(
                 f"'{name}' came from {file}, as it lies there, and not from {instead};"
                 " uninstall it, or let the plug-in put its folder first on sys.path"
             )
 
 
-def _instead(name: str, file: Path, tree: str, source: str) -> str:
+def _find_own_file(name: str, file: Path, tree: str, source: str) -> str:
     """Path in a side that a module's file should have; empty where it belongs to no side."""
     places = [file.relative_to(source)] if file.is_relative_to(source) else []
     if file.suffix == ".py":
@@ -160,13 +160,13 @@ def _instead(name: str, file: Path, tree: str, source: str) -> str:
     if within := next((place for place in places if Path(tree, place).is_file()), None):
         return f"the side's own {within}"
     environment = file.is_relative_to(sys.prefix)  # which may lie in the user's folder
-    files, folders = _installed(source, tuple(sys.path))
+    files, folders = _list_installed(source, tuple(sys.path))
     built = any(file.is_relative_to(folder) for folder in (Path(source), *folders)) and not environment
     return "a commit" if built or file in files else ""
 
 
 @cache
-def _installed(source: str, _path: tuple[str, ...]) -> tuple[frozenset[Path], frozenset[Path]]:
+def _list_installed(source: str, _path: tuple[str, ...]) -> tuple[frozenset[Path], frozenset[Path]]:
     """Files, and folders, that were installed from the user's, as their distributions say (PEP 610).
 
     What is installed with ``-e`` stays where it is, and the user's folder may be a part of it.
@@ -273,8 +273,11 @@ class Orders:
         """
         if vehicle not in self.vehicles:  # parsing YAML takes longer than building most allocators
             file = self.files.get(vehicle, vehicle)
-            made = self._vehicle_of(vehicle, **numbers) if numbers else self.alloc.load_vehicle(file)
-            self.vehicles[vehicle] = made
+            if numbers:
+                levels = tuple(map(tuple, numbers["priority"]))
+                arrays = {key: np.array(numbers[key]) for key in ARRAYS}
+                made = self.alloc.Vehicle(name=vehicle, dof=tuple(numbers["dof"]), priority=levels, **arrays)
+            self.vehicles[vehicle] = made if numbers else self.alloc.load_vehicle(file)
         # A copy: a method that writes into its vehicle must not change what another one is built from.
         loaded = replace(self.vehicles[vehicle])
         for fault in weaker:
@@ -290,11 +293,6 @@ class Orders:
         promises = {name: getattr(allocate, name) for name in ("formulation", "limited", "tolerance")}
         # JSON holds no numbers of numpy's.
         return {name: value.item() if hasattr(value, "item") else value for name, value in promises.items()}
-
-    def _vehicle_of(self, name: str, dof: list[str], priority: list[list[str]], **arrays: Any) -> Any:
-        levels = tuple(map(tuple, priority))
-        numbers = {key: np.array(value) for key, value in arrays.items()}
-        return self.alloc.Vehicle(name=name, dof=tuple(dof), priority=levels, **numbers)
 
     def control(self, cell: str, kind: str) -> None:
         """Prepare a cell that no commit can change: a numpy ``product``, or a ``loop`` in Python."""
@@ -319,7 +317,7 @@ class Orders:
             if seen.status and monotonic() > end:
                 break
             try:
-                seen.add(allocate(tau, *_other_than(own, sides)))
+                seen.add(allocate(tau, *_changed_limits(own, sides)))
             except self.alloc.NotApplicable:
                 raise  # it takes no limits, or no failed thruster: so it is with every demand
             except Exception as error:
@@ -332,7 +330,7 @@ class Orders:
         together = []
         for lot in LOTS if many is not None and not seen.raised and not seen.odd else ():
             some, *sides = (column[: len(seen.status)][lot].copy() for column in asked)
-            together.append(seen.against(lot, *many(some, *_other_than(own, sides))))
+            together.append(seen.against(lot, *many(some, *_changed_limits(own, sides))))
         return seen.reply() | {"writes": writes, "many": many is not None, "together": together}
 
     def forms(self, cell: str, taus: Packed, limits: list[Packed]) -> dict[str, Any]:
@@ -377,7 +375,7 @@ class Orders:
             os.getppid()
 
 
-def _other_than(own: tuple[Any, Any], sides: list[Any]) -> list[Any]:
+def _changed_limits(own: tuple[Any, Any], sides: list[Any]) -> list[Any]:
     """Limits of calls, None for a side that is the vehicle's own."""
     return [None if (side == whole).all() else side for side, whole in zip(sides, own, strict=False)]
 

@@ -51,9 +51,10 @@ class Question:
     @property
     def timed(self) -> "Question":
         """The part of the question that is timed: all of it, but of a mission that is judged whole."""
-        if self.demands.part is None:
-            return self
-        rows = slice(*self.demands.part)
+        return self if self.demands.part is None else self.rows(slice(*self.demands.part))
+
+    def rows(self, rows: slice) -> "Question":
+        """The question of those of its demands alone."""
         names = ("taus", "labels", "alpha", "hard_labels", "hard_alpha", "f_min", "f_max")
         whole: dict[str, Any] = {name: getattr(self.demands, name) for name in names}
         cut: dict[str, Any] = {name: array[rows] for name, array in whole.items() if array is not None}

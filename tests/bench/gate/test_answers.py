@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from alloc import Allocation, Label, Status, Vehicle, build
-from bench.gate.answers import SideAnswers, answered, differ, wrong
+from bench.gate.answers import SideAnswers, ask_side, differ, wrong
 from bench.gate.record import GateCell
 from bench.gate.side import Prober
 from bench.gate.worker import packed
@@ -60,7 +60,7 @@ def test_a_share_that_thrusts_do_not_deliver_is_wrong(
     vehicle: Vehicle, question: Question, off: float, says: str
 ) -> None:
     side = cast("Prober", Here(vehicle, off))
-    found = answered(side, GateCell(vehicle="ukwial", method="priority"), question)
+    found = ask_side(side, GateCell(vehicle="ukwial", method="priority"), question)
     assert says in wrong(question, found)
     assert bool(says) == bool(wrong(question, found))
 

@@ -12,8 +12,8 @@ from alloc.allocation import FloatArray
 from alloc.nullspace.region import prepare
 from alloc.vehicle.checks import ARRAYS
 from bench.demands import DemandSet, build_demands
-from bench.gate.answers import answered, first, wrong
-from bench.gate.examine import judge_cell, side_vehicle
+from bench.gate.answers import ask_side, wrong
+from bench.gate.examine import side_vehicle
 from bench.gate.questions import (
     AXES,
     EDGES,
@@ -28,7 +28,7 @@ from bench.gate.questions import (
 from bench.gate.record import GateCell
 from bench.gate.side import Prober
 from bench.judging.question import Question, ask_here, questions
-from tests.gate_sides import PROMISES, Here, Whole
+from tests.gate_sides import PROMISES, Here, Whole, judged, same
 
 
 def test_each_kind_is_asked_and_with_limits_of_its_own_and_with_each_thruster_off(
@@ -75,16 +75,12 @@ def astray(allocate: Any) -> Any:
     return allocate
 
 
-@pytest.mark.parametrize(
-    ("spoilt", "says"), [(astray, "nearly symmetric: shares of its levels"), (lambda same: same, "")]
-)
+@pytest.mark.parametrize(("spoilt", "says"), [(astray, "nearly symmetric: shares of its levels"), (same, "")])
 def test_every_method_is_asked_a_nearly_symmetric_vehicle_too(
     question: Question, spoilt: Callable[[Any], Any], says: str
 ) -> None:
-    cell = GateCell(vehicle="ukwial", method="scaled")
-    sides = cast("tuple[Prober, Prober]", (Whole(lambda same: same), Whole(spoilt)))
-    few = [first(question, 20)]
-    assert judge_cell(cell, sides, few, few) == ([], False)
+    cell, remarks = judged(same, spoilt, [question.rows(slice(20))])
+    assert remarks == []
     assert cell.turned_wrong.startswith(says)
     assert bool(cell.turned_wrong) == bool(says)
     assert cell.base_wrong == cell.differ == ""
@@ -111,12 +107,9 @@ def test_a_method_may_become_one_for_its_own_vehicle_alone(own: str, error: Exce
             raise error
         return allocate
 
-    asked = [first(questions([build_demands("inactive", vehicle, 1, 20)], nobody)[0], 20)]
-    cell = GateCell(vehicle=own, method="scaled")
-    sides = cast("tuple[Prober, Prober]", (Whole(lambda same: same), Whole(for_its_own)))
-    remarks, refused = judge_cell(cell, sides, asked, asked)
+    asked = questions([build_demands("inactive", vehicle, 1, 20)], nobody)
+    cell, remarks = judged(same, for_its_own, asked, vehicle=own)
     said = f"{type(error).__name__}: {error}"
-    assert not refused
     assert cell.turned_wrong == cell.base_lacks == cell.differ == ""
     assert cell.head_lacks == ("" if excused else f"nearly symmetric: {said}")
     own_one = "no longer takes the gate's own vehicle, a nearly symmetric one"
@@ -126,14 +119,14 @@ def test_a_method_may_become_one_for_its_own_vehicle_alone(own: str, error: Exce
 @pytest.mark.parametrize("name", list_vehicles())
 def test_a_vehicle_is_what_the_side_s_own_file_says(name: str) -> None:
     """Its levels and groups too: without them each of their answers was wrong on both sides."""
-    side = Whole(lambda allocate: allocate)
+    side = Whole(same)
     seen, own = side_vehicle(cast("Prober", side), name), load_vehicle(name)
     assert (seen.dof, seen.priority, seen.groups) == (own.dof, own.priority, own.groups)
     for key in ARRAYS:
         np.testing.assert_array_equal(getattr(seen, key), getattr(own, key))
     for method in ("priority", "scaled-by-group"):
-        asked = first(questions([build_demands("infeasible", seen, 1, 40)], nobody)[0], 40)
-        found = answered(cast("Prober", side), GateCell(vehicle=name, method=method), asked)
+        (asked,) = questions([build_demands("infeasible", seen, 1, 40)], nobody)
+        found = ask_side(cast("Prober", side), GateCell(vehicle=name, method=method), asked)
         assert wrong(asked, found) == ""
 
 
@@ -154,10 +147,10 @@ class BothOrNone:
 def test_limits_of_one_side_are_given_alone(
     which: int, says: str, vehicle: Vehicle, sets: list[DemandSet]
 ) -> None:
-    asked = first(questions(sets[which : which + 1], ask_here)[0], 100)
+    asked = questions(sets[which : which + 1], ask_here)[0].rows(slice(100))
     here = Here(vehicle, 1.0)
     here.answers_by(BothOrNone(vehicle))
     here.promises = PROMISES
     side, cell = cast("Prober", here), GateCell(vehicle="ukwial", method="mine")
     assert asked.demands.name == (says or MOVING)
-    assert ("a limit is violated" in wrong(asked, answered(side, cell, asked))) == bool(says)
+    assert ("a limit is violated" in wrong(asked, ask_side(side, cell, asked))) == bool(says)

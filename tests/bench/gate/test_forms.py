@@ -9,15 +9,11 @@ from alloc import Allocation, Status, Vehicle
 from alloc.allocation import FloatArray, StatusArray
 from bench.demands import DemandSet
 from bench.gate import contract
-from bench.gate.answers import answered, first, wrong
-from bench.gate.examine import judge_cell
-from bench.gate.questions import (
-    nobody,
-)
+from bench.gate.answers import ask_side, wrong
 from bench.gate.record import GateCell
 from bench.gate.side import Prober
-from bench.judging.question import Question, questions
-from tests.gate_sides import Here, Turned, Whole, of_scaled
+from bench.judging.question import Question
+from tests.gate_sides import Here, Turned, few, judged, of_scaled, same
 
 FORMS = {
     "a list of whole numbers": "tau = np.asarray(tau)\n        if tau.dtype.kind in 'iu': f = np.trunc(f)",
@@ -102,15 +98,12 @@ MORE = {
 def test_other_forms_of_calls_are_asked_and_held_to_the_usual_one(
     vehicle: Vehicle, sets: list[DemandSet], form: str
 ) -> None:
-    cell = GateCell(vehicle="ukwial", method="scaled")
     base, head = of_scaled("", with_many()), of_scaled(FORMS.get(form, ""), MORE.get(form, with_many()))
-    sides = cast("tuple[Prober, Prober]", (Whole(base), Whole(head)))
-    asked = [first(question, 60) for question in questions([sets[i] for i in (0, 1, -1)], nobody)]
-    judge_cell(cell, sides, asked, asked)
+    asked = few(sets, (0, 1, -1), 60)
+    cell, _ = judged(base, head, asked)
     assert cell.turned_wrong.startswith(f"{form}: ")
     assert cell.base_wrong == ""
-    cell = GateCell(vehicle="ukwial", method="scaled")
-    judge_cell(cell, (sides[1], sides[0]), asked, asked)  # the other way round it is mended
+    cell, _ = judged(head, base, asked)  # the other way round it is mended
     assert cell.turned_wrong == ""
     assert cell.base_wrong.startswith(f"{form}: ")
 
@@ -118,10 +111,7 @@ def test_other_forms_of_calls_are_asked_and_held_to_the_usual_one(
 @pytest.mark.parametrize("method", ["pinv", "nullspace", "clip", "qp/daqp", "qp-soft/daqp"])
 def test_no_form_is_wrong_of_a_right_method(vehicle: Vehicle, sets: list[DemandSet], method: str) -> None:
     """Also of one that takes limits and promises none."""
-    cell = GateCell(vehicle="ukwial", method=method)
-    sides = cast("tuple[Prober, Prober]", (Whole(lambda same: same), Whole(lambda same: same)))
-    asked = [first(question, 40) for question in questions([sets[i] for i in (0, 1)], nobody)]
-    judge_cell(cell, sides, asked, asked)
+    cell, _ = judged(same, same, few(sets, (0, 1), 40), method)
     assert cell.base_wrong == cell.head_wrong == cell.turned_wrong == cell.differ == ""
 
 
@@ -132,7 +122,7 @@ def test_who_promises_no_distance_still_answers_alike_in_many_and_in_calls(
     here = Here(vehicle, 1.0)
     here.answers_by(Turned(vehicle, factor))
     here.promises = {"formulation": "mine", "limited": True, "tolerance": 1.0}
-    found = answered(cast("Prober", here), GateCell(vehicle="ukwial", method="mine"), question)
+    found = ask_side(cast("Prober", here), GateCell(vehicle="ukwial", method="mine"), question)
     assert "from those of single calls" in wrong(question, found)
 
 
@@ -146,9 +136,9 @@ def test_many_is_asked_short_batches_too(vehicle: Vehicle, question: Question, l
     here = Here(vehicle, 1.0)
     here.answers_by(Short(vehicle, 1.0))
     here.promises = {"formulation": "mine", "limited": True, "tolerance": 1.0}
-    few = first(question, 60)
-    found = answered(cast("Prober", here), GateCell(vehicle="ukwial", method="mine"), few)
-    assert f"many() of {length} demand" in wrong(few, found)
+    part = question.rows(slice(60))
+    found = ask_side(cast("Prober", here), GateCell(vehicle="ukwial", method="mine"), part)
+    assert f"many() of {length} demand" in wrong(part, found)
 
 
 def test_a_method_whose_calls_take_long_is_asked_fewer_demands_in_other_forms(

@@ -2,22 +2,12 @@
 
 import re
 from pathlib import Path
-from typing import cast
 
 import pytest
 from click.testing import Result
 
 import gate_check
-from alloc import Vehicle
-from bench.demands import DemandSet
-from bench.gate import answers
-from bench.gate.answers import first
-from bench.gate.examine import judge_new
-from bench.gate.questions import nobody
-from bench.gate.record import GateCell
-from bench.gate.side import Prober
-from bench.judging.question import questions
-from tests.gate_sides import PLUGIN, Whole, of_scaled, run_gate
+from tests.gate_sides import PLUGIN, run_gate
 
 pytestmark = pytest.mark.usefixtures("few_demands")
 
@@ -120,47 +110,3 @@ def test_a_new_vehicle_of_the_library_is_judged_by_its_own_numbers(
     assert result.exception is None, result.output
     assert result.return_value == code, result.output
     assert says in result.stdout
-
-
-SPOILT = {
-    "pass": "",
-    "f = np.where(self.off & (f_min is not None), 5.0, f)": "a thrust on a thruster that is off",
-    "f = f if f_min is None or f_max is None else 3.0 * f": "a limit is violated",
-    "if self.off.any(): raise ValueError('hm')": "thruster 3 off: ValueError: hm",
-    "if self.off.any(): raise alloc.NotApplicable('whole ones')": "",
-    "if len(f) == 8: raise ValueError('made for four')": "",
-    "if tau[1] > 100: raise ValueError('no such sway')": "raises ValueError: no such sway, for demand ",
-    "raise ValueError('never')": "ValueError: never",
-    "f = -f if self in self.built[1:2] and self.built[2:] else f": "answers otherwise once another is built",
-    "f = f if isinstance(tau, np.ndarray) else -f": "a list of whole numbers: thrusts ",
-}
-"""Ways to spoil an answer, and the gate's words; empty where it may be so."""
-
-
-@pytest.mark.parametrize("change", SPOILT)
-def test_a_new_cell_is_asked_all_that_others_are(
-    vehicle: Vehicle, change: str, sets: list[DemandSet]
-) -> None:
-    cell = GateCell(vehicle="ukwial", method="scaled", base_lacks="no such method")
-    head = cast("Prober", Whole(of_scaled(f"import alloc\n        {change}")))
-    asked = [first(q, 80) for q in questions([sets[i] for i in (0, 1, 7, 11)], nobody)]
-    assert judge_new(cell, head, asked) == ([], False)
-    assert cell.head_wrong == cell.turned_wrong
-    assert SPOILT[change] in cell.turned_wrong
-    assert bool(SPOILT[change]) == bool(cell.turned_wrong)
-    assert cell.head_lacks == cell.base_wrong == cell.differ == ""
-
-
-def test_a_new_cell_that_was_slow_at_first_is_held_to_what_it_answered(
-    vehicle: Vehicle, sets: list[DemandSet], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Asked again it answers more demands than before, and there is nothing to hold those to."""
-    monkeypatch.setattr(answers, "SECONDS", 0.1)
-    cell = GateCell(vehicle="ukwial", method="scaled", base_lacks="no such method")
-    slow = "import time; time.sleep(0.02 if len(self.built) < 2 else 0)"
-    asked = [first(q, 30) for q in questions([sets[i] for i in (0, 7)], nobody)]
-    remarks, _ = judge_new(cell, cast("Prober", Whole(of_scaled(slow))), asked)
-    assert cell.turned_wrong == ""
-    assert re.fullmatch(
-        r"asked only \d+ demands of some kind, since its calls .*: `ukwial:scaled:-`", *remarks
-    )

@@ -7,15 +7,11 @@ import pytest
 
 from alloc import Vehicle
 from bench.demands import DemandSet
-from bench.gate.answers import first
-from bench.gate.examine import judge_cell
-from bench.gate.questions import (
-    nobody,
-)
+from bench.gate import answers
+from bench.gate.examine import judge_new
 from bench.gate.record import GateCell
 from bench.gate.side import Prober
-from bench.judging.question import questions
-from tests.gate_sides import Whole, of_scaled
+from tests.gate_sides import Whole, few, judged, of_scaled
 
 SPOILT = {
     "tau[:] = 0": "it writes into the demand, or the limits, that it is given",
@@ -43,11 +39,8 @@ SPOILT = {
 def test_what_a_class_of_one_s_own_may_get_wrong_is_found(
     vehicle: Vehicle, change: str, sets: list[DemandSet]
 ) -> None:
-    cell = GateCell(vehicle="ukwial", method="scaled")
-    sides = cast("tuple[Prober, Prober]", (Whole(of_scaled("")), Whole(of_scaled(change))))
-    asked = questions([sets[i] for i in (0, 1, -12, -8, -6, -3, -2)], nobody)
-    asked = [first(question, 80) for question in asked]
-    judge_cell(cell, sides, asked, asked)
+    asked = few(sets, (0, 1, -12, -8, -6, -3, -2), 80)
+    cell, _ = judged(of_scaled(""), of_scaled(change), asked)
     assert cell.turned_wrong or cell.differ
     assert SPOILT[change] in f"{cell.turned_wrong} {cell.differ}"
     assert cell.base_wrong == cell.base_lacks == cell.head_lacks == ""
@@ -58,20 +51,15 @@ def test_a_call_that_raises_on_both_sides_costs_that_demand_alone(
 ) -> None:
     """One demand that raised hid the wrong sign of all others."""
     raising = "if tau[1] > 100: raise ValueError('no such sway')"
-    cell = GateCell(vehicle="ukwial", method="scaled")
-    spoilt = (Whole(of_scaled(raising)), Whole(of_scaled(f"f = -f\n        {raising}")))
-    asked = [first(questions(sets[:1], nobody)[0], 80)]
-    judge_cell(cell, cast("tuple[Prober, Prober]", spoilt), asked, asked)
+    turned = of_scaled(f"f = -f\n        {raising}")
+    cell, _ = judged(of_scaled(raising), turned, few(sets, (0,), 80))
     assert cell.base_wrong.startswith("raises ValueError: no such sway, for demand ")
     assert "thrusts differ by up to" in cell.differ
 
 
 def test_what_neither_side_answers_is_said_with_the_reason(vehicle: Vehicle, sets: list[DemandSet]) -> None:
     raising = "if self.off.any(): raise ValueError('no faults yet')"
-    cell = GateCell(vehicle="ukwial", method="scaled")
-    sides = cast("tuple[Prober, Prober]", (Whole(of_scaled(raising)), Whole(of_scaled(raising))))
-    asked = [first(q, 20) for q in questions([sets[i] for i in (0, 7)], nobody)]
-    remarks, _ = judge_cell(cell, sides, asked, asked)
+    _, remarks = judged(of_scaled(raising), of_scaled(raising), few(sets, (0, 7), 20))
     assert remarks == [
         "no answers with thruster 3 off were compared: `ukwial:scaled:-` fails on both sides:"
         " ValueError: no faults yet"
@@ -85,11 +73,52 @@ def test_limits_of_each_call_that_are_new_are_judged(
     """Head's alone were passed unseen, and said three times."""
     refusing = "if f_min is not None or f_max is not None: raise alloc.NotApplicable('no limits')"
     head = f"f = f if f_min is None or f_max is None else {factor} * f"
-    cell = GateCell(vehicle="ukwial", method="scaled")
     base = of_scaled(f"import alloc\n        {refusing}")
-    sides = cast("tuple[Prober, Prober]", (Whole(base), Whole(of_scaled(head))))
-    asked = [first(q, 60) for q in questions(sets[:4], nobody)]
-    remarks, _ = judge_cell(cell, sides, asked, asked)
+    cell, remarks = judged(base, of_scaled(head), few(sets, range(4), 60))
     assert remarks == ["limits of each call are new: `ukwial:scaled:-`"]
     assert re.match(says, cell.turned_wrong)
     assert bool(says) == bool(cell.turned_wrong)
+
+
+NEW = {
+    "pass": "",
+    "f = np.where(self.off & (f_min is not None), 5.0, f)": "a thrust on a thruster that is off",
+    "f = f if f_min is None or f_max is None else 3.0 * f": "a limit is violated",
+    "if self.off.any(): raise ValueError('hm')": "thruster 3 off: ValueError: hm",
+    "if self.off.any(): raise alloc.NotApplicable('whole ones')": "",
+    "if len(f) == 8: raise ValueError('made for four')": "",
+    "if tau[1] > 100: raise ValueError('no such sway')": "raises ValueError: no such sway, for demand ",
+    "raise ValueError('never')": "ValueError: never",
+    "f = -f if self in self.built[1:2] and self.built[2:] else f": "answers otherwise once another is built",
+    "f = f if isinstance(tau, np.ndarray) else -f": "a list of whole numbers: thrusts ",
+}
+"""Ways to spoil an answer, and the gate's words; empty where it may be so."""
+
+
+@pytest.mark.parametrize("change", NEW)
+def test_a_new_cell_is_asked_all_that_others_are(
+    vehicle: Vehicle, change: str, sets: list[DemandSet]
+) -> None:
+    cell = GateCell(vehicle="ukwial", method="scaled", base_lacks="no such method")
+    head = cast("Prober", Whole(of_scaled(f"import alloc\n        {change}")))
+    asked = few(sets, (0, 1, 7, 11), 80)
+    assert judge_new(cell, head, asked) == ([], False)
+    assert cell.head_wrong == cell.turned_wrong
+    assert NEW[change] in cell.turned_wrong
+    assert bool(NEW[change]) == bool(cell.turned_wrong)
+    assert cell.head_lacks == cell.base_wrong == cell.differ == ""
+
+
+def test_a_new_cell_that_was_slow_at_first_is_held_to_what_it_answered(
+    vehicle: Vehicle, sets: list[DemandSet], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Asked again it answers more demands than before, and there is nothing to hold those to."""
+    monkeypatch.setattr(answers, "SECONDS", 0.1)
+    cell = GateCell(vehicle="ukwial", method="scaled", base_lacks="no such method")
+    slow = "import time; time.sleep(0.02 if len(self.built) < 2 else 0)"
+    asked = few(sets, (0, 7), 30)
+    remarks, _ = judge_new(cell, cast("Prober", Whole(of_scaled(slow))), asked)
+    assert cell.turned_wrong == ""
+    assert re.fullmatch(
+        r"asked only \d+ demands of some kind, since its calls .*: `ukwial:scaled:-`", *remarks
+    )
