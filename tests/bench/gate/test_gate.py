@@ -80,55 +80,34 @@ def test_a_tree_that_cannot_be_imported_fails_the_gate_with_the_reason(repositor
     assert "can't be imported: SyntaxError" in result.stdout
 
 
-def test_a_method_that_ends_its_process_is_the_only_one_that_fails(repository: Path) -> None:
-    def crash(tree: Path) -> None:
-        with (tree / "alloc" / "methods" / "svd.py").open("a") as file:
-            file.write("\n\ndef build(vehicle):\n    import os\n    os.abort()\n")
+def abort(tree: Path) -> None:
+    """Let ``svd`` end its process."""
+    with (tree / "alloc" / "methods" / "svd.py").open("a") as file:
+        file.write("\n\ndef build(vehicle):\n    import os\n    os.abort()\n")
 
-    result = gate(repository, crash)
+
+def test_a_method_that_ends_its_process_is_the_only_one_that_fails(repository: Path) -> None:
+    result = gate(repository, abort)
     assert "| `ukwial:svd:-` | gone: head: ended with SIGABRT" in result.stdout
     assert "pinv" not in result.stdout
 
 
-@pytest.fixture(scope="module")
-def mixed(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """Output of the gate for a commit in which several things come together, without valgrind.
-
-    `svd` aborts on both sides, `another` is new, and a user's own method is asked for.
-    """
-    folder = tmp_path_factory.mktemp("mixed")
-    tree, mine = folder / "repository", folder / "mine.py"
+def test_what_comes_together_is_told_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`svd` aborts on both sides, `another` is new, a user's method is asked for, no valgrind is here."""
+    tree, mine = tmp_path / "repository", tmp_path / "mine.py"
     gate_check.copy(tree)
-    with (tree / "alloc" / "methods" / "svd.py").open("a") as file:
-        file.write("\n\ndef build(vehicle):\n    import os\n    os.abort()\n")
+    abort(tree)
     gate_check.commit(tree, "it was so before")
-
-    def add(tree: Path) -> None:
-        (tree / "alloc" / "methods" / "another.py").write_text(
-            '"""Another."""\nfrom alloc.methods.pinv import *\n'
-        )
-
+    another = '"""Another."""\nfrom alloc.methods.pinv import *\n'
     mine.write_text('"""Mine."""\nfrom alloc.methods.pinv import FORMULATION, build\n')
     options = ("--instructions", "--plugin", str(mine), "--cells", "ukwial:mine", "--cells", "ukwial:another")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(run, "missing", lambda: "valgrind is missing, install it")
-        return gate(tree, add, *options).stdout
-
-
-def test_a_method_that_fails_on_both_sides_is_mentioned_not_dropped(mixed: str) -> None:
-    assert "- fails on both sides, so not compared: `ukwial:svd:-`: head: ended with SIGABRT" in mixed
-
-
-def test_a_new_method_is_mentioned_and_the_rest_is_timed(mixed: str) -> None:
-    assert "new: `ukwial:another:-`" in mixed
-    assert "| `ukwial:pinv:-` |" in mixed
-
-
-def test_a_users_own_method_is_gated_too_and_without_valgrind_the_gate_says_that_it_counts_no_instructions(
-    mixed: str,
-) -> None:
-    assert "| `ukwial:mine:-` |" in mixed
-    assert "valgrind is missing, install it" in mixed
+    monkeypatch.setattr(run, "missing", lambda: "valgrind is missing, install it")
+    said = gate(tree, lambda tree: (tree / "alloc/methods/another.py").write_text(another), *options).stdout
+    assert "- fails on both sides, so not compared: `ukwial:svd:-`: head: ended with SIGABRT" in said
+    assert "new: `ukwial:another:-`" in said
+    assert "| `ukwial:pinv:-` |" in said
+    assert "| `ukwial:mine:-` |" in said
+    assert "valgrind is missing, install it" in said
 
 
 def test_a_vehicle_whose_limits_changed_is_judged_by_its_own_numbers(repository: Path) -> None:
@@ -143,10 +122,7 @@ def test_a_vehicle_whose_limits_changed_is_judged_by_its_own_numbers(repository:
 
 
 def test_a_vehicle_that_no_longer_loads_is_a_regression_and_not_bad_usage(repository: Path) -> None:
-    def spoil(tree: Path) -> None:
-        (tree / "alloc" / "vehicles" / "ukwial.yaml").write_text("name: ukwial\n")
-
-    result = gate(repository, spoil)
+    result = gate(repository, lambda tree: (tree / "alloc/vehicles/ukwial.yaml").write_text("name: ukwial\n"))
     assert result.return_value == 1
     assert "| `ukwial:pinv:-` | gone: VehicleError" in result.stdout
 
@@ -185,11 +161,14 @@ def test_bad_usage_of_the_gate_names_what_to_give_instead(
     assert says in str(run_gate(*arguments).exception)
 
 
-def test_cell_patterns_that_fit_nothing_are_bad_usage(repository: Path) -> None:
-    result = run_gate("HEAD", "--repo", repository, "--always", "--cells", "ukwial:nix")
-    assert "no cell of either side fits ukwial:nix" in str(result.exception)
-
-
-def test_a_pattern_that_fits_no_cell_is_named_among_others_that_do(repository: Path) -> None:
-    result = gate(repository, lambda _: None, "--always", "--cells", "ukwial:pinvv")
-    assert "no cell of either side fits ukwial:pinvv; there are ukwial:pinv:-" in str(result.exception)
+@pytest.mark.parametrize(
+    ("cells", "says"),
+    [((), "ukwial:nix"), (CELLS, "ukwial:pinvv; there are ukwial:pinv:-")],
+    ids=["alone", "among others that do"],
+)
+def test_a_pattern_that_fits_no_cell_is_bad_usage(
+    repository: Path, cells: tuple[str, ...], says: str
+) -> None:
+    pattern = says.partition(";")[0]
+    result = run_gate("HEAD", "--repo", repository, "--always", *cells, "--cells", pattern)
+    assert f"no cell of either side fits {says}" in str(result.exception)

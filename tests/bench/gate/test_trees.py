@@ -1,5 +1,6 @@
-"""A side is unpacked whole: submodules, the plug-in's neighbours, a user's own library."""
+"""A side is unpacked whole, submodules and neighbours, and gets an interpreter with what it requires."""
 
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -80,3 +81,44 @@ def test_a_package_of_the_user_s_that_is_called_alloc_is_named(tmp_path: Path) -
     assert trees.is_own(base)
     with pytest.raises(trees.BadTree, match="has an 'alloc' that is none of this project's; rename it"):
         trees.own(base, tmp_path / "base", ["mine.py"])
+
+
+def test_requirements_hold_dependencies_and_pinned_versions_and_no_comments(tmp_path: Path) -> None:
+    (tmp_path / "pyproject.toml").write_text(
+        '[project]\ndependencies = ["numpy"]\n[tool.ruff]\nline-length = 1\n'
+    )
+    (tmp_path / "constraints.txt").write_text("# a comment\nnumpy==2.0 # another\n")
+    assert trees.requirements(tmp_path) == ["numpy", "numpy==2.0"]
+
+
+def requiring(folder: Path, **texts: str | None) -> list[Path]:
+    """A tree for each name, with that text in its pyproject.toml, or none."""
+    for name, text in texts.items():
+        (folder / name / "alloc").mkdir(parents=True)
+        if text is not None:
+            (folder / name / "pyproject.toml").write_text(text)
+    return [folder / name for name in (*texts, "environments")]
+
+
+NUMPY = '[project]\ndependencies = ["numpy"]\n'
+
+
+def test_trees_with_different_requirements_get_environments_of_their_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(trees, "_environment", lambda tree, at: f"python of {tree.name} in {at.name}")
+    base, head, at = requiring(tmp_path, base=NUMPY, head=NUMPY.replace("numpy", "numpy>=2"))
+    assert trees.interpreters(base, head, at) == ("python of base in base", "python of head in head")
+    assert trees.interpreters(base, base, at) == (sys.executable, sys.executable)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [(None, "says in no pyproject.toml what it requires"), ("[project", "pyproject.toml can't be read")],
+)
+def test_a_tree_that_does_not_say_what_it_requires_is_named(
+    text: str | None, says: str, tmp_path: Path
+) -> None:
+    base, head, at = requiring(tmp_path, base=NUMPY, head=text)
+    with pytest.raises(trees.BadTree, match=f"^head: {says}"):
+        trees.interpreters(head, base, at)

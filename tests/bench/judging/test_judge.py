@@ -176,17 +176,6 @@ def test_answers_that_overlap_in_memory_are_found_and_neighbours_are_not() -> No
     assert shared([ring[i % 300] for i in range(700)]).sum() == 400
 
 
-def test_a_question_is_read_back_as_saved(asked: dict[str, Question], tmp_path: Path) -> None:
-    path = tmp_path / "question.npz"
-    asked["active"].save(path)
-    again, _ = Question.load(path)
-    assert again.demands.vehicle.name == "ukwial"
-    assert again.demands.vehicle.dof == asked["active"].demands.vehicle.dof
-    np.testing.assert_array_equal(again.demands.taus, asked["active"].demands.taus)
-    np.testing.assert_array_equal(again.right["hard"], asked["active"].right["hard"])
-    assert again.demands.rate_hz is None
-
-
 def test_giving_up_on_a_demand_below_what_must_be_pushed_is_no_failure(tmp_path: Path) -> None:
     file = tmp_path / "eager.yaml"
     file.write_text(

@@ -47,12 +47,17 @@ def test_the_right_answer_at_an_edge_is_that_of_the_demand_and_of_none_beside_it
     assert apart < 0.1 * allocator.tolerance
 
 
-def test_a_vehicle_for_a_method_shares_no_array_with_what_its_answers_are_judged_by(tmp_path: Path) -> None:
+def test_a_question_is_read_back_as_saved_with_a_vehicle_that_shares_no_array(
+    tmp_path: Path,
+) -> None:
     vehicle = load_vehicle("ukwial")
     (question,) = questions([build_demands("active", vehicle, 0, 3)], ask_here)
     question.save(tmp_path / "question.npz")
     asked, given = Question.load(tmp_path / "question.npz")
     judged = asked.demands.vehicle
+    assert (judged.name, judged.dof, asked.demands.rate_hz) == ("ukwial", vehicle.dof, None)
+    np.testing.assert_array_equal(asked.demands.taus, question.demands.taus)
+    np.testing.assert_array_equal(asked.right["hard"], question.right["hard"])
     for name in ("T", "H", "f_min", "f_max", "readiness", "slack_weights"):
         own, other = getattr(given, name), getattr(judged, name)
         np.testing.assert_array_equal(own, getattr(vehicle, name))
