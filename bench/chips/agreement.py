@@ -16,7 +16,7 @@ from alloc.rivals import load
 from bench.chips.count import CallCounts
 from bench.chips.kernels import Kernel
 from bench.demands import DemandSet
-from bench.judging.faults import misstated
+from bench.judging.faults import find_misstated_shares
 
 ANSWERED = (Status.SOLVED, Status.PARTIAL)
 
@@ -94,7 +94,7 @@ def agreement(kernel: Kernel, demands: DemandSet, counted: CallCounts) -> Agreem
         near |= _as_good(kernel, demands, counted.F, F, optimal)[both]
         other &= ~(rounded.status == counted.status).any(axis=0)
     said = np.flatnonzero(np.isin(counted.status, ANSWERED))
-    undelivered = misstated(
+    undelivered = find_misstated_shares(
         demands,
         said,
         list(counted.shares[said]),

@@ -26,7 +26,7 @@ from bench.chips.toolchain import ToolError, missing, versions
 from bench.demands import DemandSet, build_demands, labelled
 from bench.demands.corners import extremes
 from bench.harness import machine
-from bench.harness.lines import begun
+from bench.harness.lines import new_header
 from bench.judging.judge import rounded
 from bench.judging.loss import direction_error_deg, relative_wrench_error, share_along
 from bench.record import SERVED_WITHIN, Emulated, Header
@@ -271,4 +271,4 @@ def _header(plan: Plan) -> Header:
         "demands": list(plan.demands),
         "n_demands": plan.n,
     }
-    return begun(plan.seed, settings)
+    return new_header(plan.seed, settings)

@@ -112,9 +112,9 @@ def command(
         answers = [allocator(*call, **at) for *call, at in zip(*calls, supply, strict=True)]
         if not plugin:
             return answers, {}
-        from bench.judging.question import promised
+        from bench.judging.question import read_promises
 
-        return [_answer(given, answering.n) for given in answers], promised(allocator)
+        return [_answer(given, answering.n) for given in answers], read_promises(allocator)
 
     # A method may crash, end its process, go to another folder, or write into what it is given.
     answers, promises = apart(partial(_in_words, plugin, answered), f"{plugin or method}")

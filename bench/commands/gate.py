@@ -78,7 +78,7 @@ def command(
     from alloc.files.textfile import write_text
     from alloc.vehicle.file import find_file
     from bench.gate import trees
-    from bench.gate.record import DEFAULT_CELLS, METHODS, VEHICLES, GateSettings, among
+    from bench.gate.record import DEFAULT_CELLS, METHODS, VEHICLES, GateSettings, restrict_patterns
     from bench.gate.run import gate
     from bench.gate.verdict import as_json, markdown, verdict
 
@@ -93,7 +93,7 @@ def command(
         trees.folder(head_path) if head_path else trees.revision(repo, head or "HEAD"),
     )
     asked = vehicles or VEHICLES
-    chosen = among(vehicles, cells) if vehicles else cells
+    chosen = restrict_patterns(vehicles, cells) if vehicles else cells
     plugins = tuple(dict.fromkeys(plugins))
     methods = [plugin_name(plugin) for plugin in plugins]
     taken = [entry.name for entry in catalogue()]

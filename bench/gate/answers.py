@@ -17,9 +17,9 @@ from bench.gate.contract import farthest
 from bench.gate.record import GateCell
 from bench.gate.side import Died, Prober, Refused
 from bench.gate.worker import packed, unpacked
-from bench.judging.faults import faults, measured, stacked
+from bench.judging.faults import faults, measure_answers, stack_thrusts
 from bench.judging.judge import judge
-from bench.judging.question import Question, checked_promises
+from bench.judging.question import Question, check_promises
 from bench.results.text import plural
 
 SECONDS = 2.0
@@ -75,7 +75,7 @@ def ask_side(side: Prober, cell: GateCell, question: Question) -> SideAnswers:
             key: getattr(vehicle, key).tolist() for key in ARRAYS
         }
     try:
-        promises = checked_promises(side.ask("build", cell=cell.name, **build))
+        promises = check_promises(side.ask("build", cell=cell.name, **build))
         raw = side.ask("answers", cell=cell.name, seconds=SECONDS, timeout=HANGS_S, **calls(question.demands))
     except (Died, Refused, ValueError) as reason:
         refused = isinstance(reason, Refused) and reason.kind == NotApplicable.__name__
@@ -134,7 +134,7 @@ def state(vehicle: Vehicle) -> dict[str, Any]:
     return {"vehicle": vehicle.whole or vehicle.name, "weaker": weaker}
 
 
-def cut(side: SideAnswers, count: int) -> SideAnswers:
+def shorten(side: SideAnswers, count: int) -> SideAnswers:
     """The first ``count`` answers of a side."""
     raised = {demand: what for demand, what in side.raised.items() if demand < count}
     return side._replace(answers=side.answers[:count], raised=raised)
@@ -157,7 +157,7 @@ def wrong(question: Question, side: SideAnswers) -> str:
 
 def error_mask(question: Question, side: SideAnswers) -> BoolArray:
     """Mask of one side's answers that are wrong by the equations, or beyond the promised distance, (N,)."""
-    seen = measured(question, side.answers, side.promises["formulation"])
+    seen = measure_answers(question, side.answers, side.promises["formulation"])
     wrong: BoolArray = seen.distance > side.promises["tolerance"] * question.demands.vehicle.f_scale
     for kind in faults(question, seen, **side.promises).values():
         wrong |= kind
@@ -165,7 +165,7 @@ def error_mask(question: Question, side: SideAnswers) -> BoolArray:
     return wrong
 
 
-def useless(question: Question, base: SideAnswers, head: SideAnswers) -> bool:
+def is_useless(question: Question, base: SideAnswers, head: SideAnswers) -> bool:
     """True if base meets fewer than half of the inactive demands that head meets, as with a reversed sign."""
     inside = np.flatnonzero(question.demands.labels[: len(base.answers)] == Label.INACTIVE).tolist()
     before, now = (sum(side.answers[i].status == Status.SOLVED for i in inside) for side in (base, head))
@@ -182,7 +182,7 @@ def _mended(question: Question, base: SideAnswers, head: SideAnswers, doubted: b
     mended = error_mask(question, base)
     mended |= np.array([a.status in LESS and b.status == Status.SOLVED for a, b in pairs], dtype=bool)
     if doubted:
-        now = measured(question, head.answers, head.promises["formulation"])
+        now = measure_answers(question, head.answers, head.promises["formulation"])
         beyond = question.demands.labels == Label.INFEASIBLE
         mended |= np.isnan(now.distance) & (now.finite | beyond)
     mended &= ~error_mask(question, head)
@@ -193,7 +193,7 @@ def differ(question: Question, base: SideAnswers, head: SideAnswers, *, doubted:
     """Difference between two sides' answers; empty where there is none, or where wrong or none became right.
 
     Answers that are wrong on both sides are compared too: a wrong answer may get worse. ``doubted`` says that
-    base is ``useless`` altogether.
+    base is ``is_useless`` altogether.
     """
     vehicle, on_edge = question.demands.vehicle, np.abs(question.demands.alpha - 1) <= EDGE
     if less := _less(base, head):
@@ -214,7 +214,7 @@ def differ(question: Question, base: SideAnswers, head: SideAnswers, *, doubted:
         ):
             before, now = (" ".join(f"{share:.3g}" for share in side.share) for side in (a, b))
             return f"shares {before} → {now} for demand {i}"
-    thrusts = (stacked([answer.f for answer in side.answers], vehicle.n)[0] for side in (base, head))
+    thrusts = (stack_thrusts([answer.f for answer in side.answers], vehicle.n)[0] for side in (base, head))
     apart = farthest(*(F[alike] for F in thrusts))
     allowed = apart_allowed(base.promises, vehicle)
     if not apart > allowed:

@@ -20,10 +20,10 @@ from bench.gate.answers import (
     ask_first_built,
     ask_side,
     calls,
-    cut,
     differ,
+    is_useless,
+    shorten,
     state,
-    useless,
     wrong,
 )
 from bench.gate.questions import MIXED, NEARLY, demand_sets, nearly_symmetric, nobody, timed_demands
@@ -34,7 +34,7 @@ from bench.gate.record import (
     GateCell,
     controls,
     matching_cells,
-    unmatched,
+    refuse_pattern,
 )
 from bench.gate.side import Died, Prober, Refused
 from bench.gate.worker import unpacked
@@ -75,7 +75,7 @@ def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
         if not matching_cells(there, [pattern]) and (
             pattern not in DEFAULT_CELLS or not (of_base or of_head)
         ):
-            raise UnknownName(unmatched(there, pattern))
+            raise UnknownName(refuse_pattern(there, pattern))
     examined = Examined(controls(), {CONTROL: CONTROL_DEMANDS}, [])
     by_vehicle: dict[str, list[GateCell]] = {}
     for name, cell in (of_base | of_head).items():
@@ -197,7 +197,7 @@ def judge_cell(
             break
         if count < len(of_base.demands.taus):
             of_base, of_head = of_base.rows(slice(count)), of_head.rows(slice(count))
-            base, head = cut(base, count), cut(head, count)
+            base, head = shorten(base, count), shorten(head, count)
             fewest = min(count, fewest)
         before, now = (
             _prefix(of_base, wrong(of_base, base)),
@@ -205,7 +205,7 @@ def judge_cell(
         )
         cell.note(before, now)
         if whole is None:  # the whole vehicle's, which are asked first
-            doubted = bool(before) and useless(of_base, base, head)
+            doubted = bool(before) and is_useless(of_base, base, head)
         # On such edges rounding in another order may move thrusts far.
         if asked is theirs and of_base.demands.name != NEARLY:
             cell.differ = cell.differ or _prefix(of_base, differ(of_base, base, head, doubted=doubted))
@@ -299,10 +299,10 @@ def _note_forms(
 
 def _answers_otherwise(side: Prober, cell: GateCell, question: Question, before: SideAnswers) -> str:
     """Difference of the whole vehicle's allocator now: those built for failures must not change it."""
-    few, then = question.rows(slice(AGAIN)), cut(before, AGAIN)
+    few, then = question.rows(slice(AGAIN)), shorten(before, AGAIN)
     again = ask_first_built(side, cell, few, then)
     count = min(len(then.answers), len(again.answers))  # of a slow one, not the same in the same time
-    other = again.lacks or differ(few.rows(slice(count)), cut(then, count), cut(again, count))
+    other = again.lacks or differ(few.rows(slice(count)), shorten(then, count), shorten(again, count))
     return f"answers otherwise once another is built for a failure: {other}" if other else ""
 
 

@@ -149,7 +149,7 @@ def matching_cells(cells: Sequence[Sequence[str]], patterns: Sequence[str]) -> l
     return [cell for cell in named if any(fnmatch.fnmatchcase(cell.name, each) for each in either)]
 
 
-def unmatched(cells: Sequence[Sequence[str]], pattern: str) -> str:
+def refuse_pattern(cells: Sequence[Sequence[str]], pattern: str) -> str:
     """The refusal of a pattern that fits no cell, with cells of its method, else like it, or all."""
     vehicle, method, *_ = *pattern.split(":"), ""
     names = list(dict.fromkeys(cell.name for cell in matching_cells(cells, ["*"])))
@@ -162,7 +162,7 @@ def unmatched(cells: Sequence[Sequence[str]], pattern: str) -> str:
     return f"no cell of either side fits {pattern}; there are {', '.join(near[:NEAR])}{more}"
 
 
-def among(vehicles: Sequence[str], patterns: Sequence[str]) -> list[str]:
+def restrict_patterns(vehicles: Sequence[str], patterns: Sequence[str]) -> list[str]:
     """The patterns, for cells of these vehicles alone; raises UnknownName for one that is for another."""
     found = []
     for pattern in patterns:

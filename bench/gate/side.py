@@ -11,7 +11,7 @@ from alloc import AllocError
 from alloc.discovery import plugin_name
 from bench.gate.trees import BadTree, SourceTree
 from bench.harness import environment
-from bench.harness.process import cause, lines, signals_held_back, start
+from bench.harness.process import cause, delay_signals, lines, start
 
 WORKER = Path(__file__).with_name("worker.py")
 
@@ -72,7 +72,7 @@ class Side:
         # -P: the worker's own folder must not be searched for modules.
         command = [*prefix, tree.python, "-P", "-X", "utf8", str(WORKER)]
         with ExitStack() as at_end:
-            with signals_held_back():  # a plug-in may open a file beside it, and each side has its own
+            with delay_signals():  # a plug-in may open a file beside it, and each side has its own
                 self._process, self._reader = start(
                     command, at_end, environment(isolated=True, **layout), tree.path / tree.start
                 )

@@ -116,7 +116,7 @@ def doubt_contenders(contenders: list[Contender], settings: RunSettings) -> list
     chosen = [contender for contender in contenders if not contender.plugin]
     for contender in [*plugged, *(c for c in chosen if c.method.name in settings.methods)]:
         check_offers(contender, settings)
-    taken = {contender.method.name for contender in chosen} | {*sampled(chosen), *YARDSTICKS}
+    taken = {contender.method.name for contender in chosen} | {*sampled_methods(chosen), *YARDSTICKS}
     for contender in plugged:
         if contender.method.name in taken:
             raise UnknownName(
@@ -160,7 +160,7 @@ def _described(path: str, vehicle: str, task: AnswerTask, settings: RunSettings)
     return contender
 
 
-def sampled(taking_part: Iterable[Contender]) -> list[str]:
+def sampled_methods(taking_part: Iterable[Contender]) -> list[str]:
     """The methods whose share of a vehicle's capability is counted.
 
     A method that runs foreign code is represented by its twin in Python. A solver without a twin is

@@ -24,14 +24,14 @@ from bench.record import SCHEMA, Header, Method, Problem
 def header(settings: RunSettings) -> Header:
     """The first line of the record of a run that starts now, which names what users brought."""
     named = (*settings.plugins, *settings.vehicles, *settings.demands)
-    return begun(
+    return new_header(
         settings.seed,
         msgspec.json.decode(msgspec.json.encode(settings)),  # the types that a record read back has
         {name: digest for name in named if (digest := _sha256(Path(name)))},
     )
 
 
-def begun(seed: int, settings: dict[str, Any], files: dict[str, str] | None = None) -> Header:
+def new_header(seed: int, settings: dict[str, Any], files: dict[str, str] | None = None) -> Header:
     """The first line of a record that starts now: settings, machine, versions and source."""
     return Header(
         schema=SCHEMA,

@@ -168,7 +168,7 @@ def work(job: Job, time_limit_s: float) -> Iterator[Message]:
     """
     job.spawned_ns = time.monotonic_ns()
     with ExitStack() as at_end:
-        with signals_held_back():
+        with delay_signals():
             command = [sys.executable, "-m", "bench.harness.worker"]
             process, reader = start(command, at_end, environment(PYTHONHASHSEED="0"))
         assert process.stdin is not None
@@ -205,7 +205,7 @@ def start(
 
 
 @contextmanager
-def signals_held_back() -> Iterator[None]:
+def delay_signals() -> Iterator[None]:
     """Delay SIGINT and SIGTERM to the end of the block: a process must not start with nobody to end it."""
     if threading.current_thread() is not threading.main_thread():
         yield  # signals interrupt the main thread only

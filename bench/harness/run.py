@@ -12,14 +12,14 @@ import numpy as np
 
 from bench.demands.store import Case, save_case
 from bench.harness import machine
-from bench.harness.inputs import Inputs, doubt_inputs, read_inputs, sampled
+from bench.harness.inputs import Inputs, doubt_inputs, read_inputs, sampled_methods
 from bench.harness.lines import header, problem
 from bench.harness.plan import Contender, Group, RunSettings, groups
 from bench.harness.process import STARTUP_S, AnswersWritten, AnswerTask, Failed, Job, work
 from bench.harness.state import Progress, RunState, any_repeat
 from bench.harness.timing import YARDSTICKS
 from bench.judging.capability import measure_capabilities
-from bench.judging.question import Answers, Ask, Unanswered, checked_promises, questions
+from bench.judging.question import Answers, Ask, Unanswered, check_promises, questions
 from bench.record import Cell, Header, Record, RecordError, Worker
 from bench.record.file import Writer
 
@@ -66,7 +66,7 @@ def _task(folder: Path, number: int, case: Case) -> AnswerTask:
 def _read(task: AnswerTask) -> Answers | Unanswered:
     try:
         with np.load(task.answers) as arrays:
-            return Answers(arrays["F"], arrays["status"], checked_promises(arrays))
+            return Answers(arrays["F"], arrays["status"], check_promises(arrays))
     except (OSError, ValueError, KeyError) as error:  # only a method that writes into the pipe can do this
         return Unanswered("failed", f"it said that answers are written, and none can be read ({error})"[:200])
 
@@ -189,7 +189,7 @@ def prepare(
     ask = asker(by_name, folder, state.common_job(), limit_s, state.tell)
     measured = {capability.vehicle for capability in known.capabilities}
     fresh = [vehicle for vehicle in named if vehicle.name not in measured]
-    state.writer.extend(measure_capabilities(fresh, sampled(taking_part), state.settings.seed, ask))
+    state.writer.extend(measure_capabilities(fresh, sampled_methods(taking_part), state.settings.seed, ask))
     state.ready = time.monotonic()
 
 

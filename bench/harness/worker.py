@@ -48,7 +48,7 @@ from bench.harness.timing import (
     yardstick,
 )
 from bench.judging.judge import judge
-from bench.judging.question import Question, promised
+from bench.judging.question import Question, read_promises
 from bench.record import Cell, Worker
 
 if TYPE_CHECKING:
@@ -84,11 +84,11 @@ def answer_case(allocator: Allocator, case: Case, *, brought: bool) -> tuple[Flo
             f" for {len(taus)} demands on {vehicle.n} thrusters"
         )
     if brought and many:
-        _hold(allocator, case, F)
+        _check_many(allocator, case, F)
     return F, status
 
 
-def _hold(allocator: Allocator, case: Case, F: FloatArray) -> None:
+def _check_many(allocator: Allocator, case: Case, F: FloatArray) -> None:
     """Raise ValueError where single calls give other thrusts than those of ``many``, F (N, n) [N]."""
     vehicle, *columns = case
     rows = np.linspace(0, len(F) - 1, min(ASKED, len(F)), dtype=int)
@@ -242,7 +242,7 @@ def write_answers(task: AnswerTask, job: Job) -> None:
     case = load_case(Path(task.case))
     allocator = prepared(job, case.vehicle)
     F, status = answer_case(allocator, case, brought=job.plugin is not None)
-    promises = {name: np.array(value) for name, value in promised(allocator).items()}
+    promises = {name: np.array(value) for name, value in read_promises(allocator).items()}
     save(Path(task.answers), F=F, status=status, **promises)
 
 
@@ -388,7 +388,7 @@ def time_idle_calls(job: Job, vehicle: Vehicle, inputs: list[list[FloatArray]]) 
 
 def describe(cell: Cell, allocator: Allocator, answers: list[Allocation], question: Question) -> None:
     """Put into the cell what the allocator says of itself, and what the equations say of its answers."""
-    promises = promised(allocator)
+    promises = read_promises(allocator)
     cell.formulation, cell.limited = promises["formulation"], promises["limited"]
     cell.worst_case_steps = allocator.worst_case_steps if isinstance(allocator, BoundedSteps) else None
     _, _, iterations, solver_s, *_ = zip(*answers, strict=True)

@@ -13,7 +13,7 @@ from bench.demands.strong import across, strong_demands, strong_vehicle
 from bench.judging.question import Question, right_answers
 
 
-def misstated(
+def find_misstated_shares(
     demands: DemandSet,
     demand: IndexArray,
     shares: Sequence[Sequence[float]],
@@ -65,7 +65,7 @@ def misstated(
     return wrong
 
 
-def promised(demands: DemandSet, formulation: Formulation) -> tuple[Vehicle, FloatArray]:
+def promised_wrench(demands: DemandSet, formulation: Formulation) -> tuple[Vehicle, FloatArray]:
     """Vehicle whose wrench answers are held to, and what it makes (N, k) where all is delivered [N, N m].
 
     Of a direction that is weak or counts in part neither says anything (``Vehicle.mixture``).
@@ -97,7 +97,7 @@ def has_weak_part(demands: DemandSet) -> BoolArray:
     return found
 
 
-def by_level(shares: Sequence[Sequence[float]], *quantiles: float) -> list[list[float]]:
+def quantiles_by_level(shares: Sequence[Sequence[float]], *quantiles: float) -> list[list[float]]:
     """Each quantile of what was delivered of each level, over the answers that say it; empty without any."""
     said = [share for share in shares if len(share) > 0]
     if len(set(map(len, said))) != 1:  # a method of one's own may say anything
@@ -154,17 +154,17 @@ class Measured(NamedTuple):
         return np.isin(self.status, (Status.INFEASIBLE, Status.NOT_CONVERGED))
 
 
-def measured(question: Question, answers: Sequence[Allocation], formulation: str) -> Measured:
+def measure_answers(question: Question, answers: Sequence[Allocation], formulation: str) -> Measured:
     """The answers to the demands of the question, in order and over again from the first, as arrays."""
     demands, vehicle = question.demands, question.demands.vehicle
     thrusts, statuses, *_ = zip(*answers, strict=True)
-    F, misshapen = stacked(thrusts, vehicle.n)
+    F, misshapen = stack_thrusts(thrusts, vehicle.n)
     demand = np.arange(len(F)) % len(demands.taus)
     finite = np.logical_and.reduce(np.isfinite(F), axis=1)
     f = np.where(finite[:, None], F, 0.0)
     right = right_answers(question, formulation)
     definition = find_formulation(formulation)
-    seen, asked = promised(demands, definition)
+    seen, asked = promised_wrench(demands, definition)
     error = np.abs(f @ seen.TP.T - asked[demand])
     low, high = (np.broadcast_to(side, right.shape)[demand] for side in demands.limits)
     return Measured(
@@ -174,7 +174,7 @@ def measured(question: Question, answers: Sequence[Allocation], formulation: str
         demand=demand,
         shares=[answer[4] if len(answer) > 4 else () for answer in answers],
         misshapen=misshapen,
-        shared=shared(thrusts),
+        shared=find_shared_memory(thrusts),
         error=error,
         relative=(error / seen.wrench_scale).max(axis=1),
         violation=np.maximum(f - high, low - f).max(axis=1).clip(min=0.0),
@@ -225,7 +225,7 @@ def faults(
         )
         & attainable,
         "shares of its levels that its thrusts do not deliver": finite
-        & misstated(demands, seen.demand, seen.shares, f, formulation, tolerance),
+        & find_misstated_shares(demands, seen.demand, seen.shares, f, formulation, tolerance),
         "shares memory with another answer: a later call overwrites an earlier result": seen.shared,
     }
 
@@ -265,7 +265,7 @@ def first_wrong(
         name="log", vehicle=vehicle, taus=taus, labels=labels, alpha=alpha, f_min=f_min, f_max=f_max
     )
     question = Question(demands, {promises["formulation"]: np.full((N, vehicle.n), np.nan)}, {})
-    seen = measured(question, answers, promises["formulation"])
+    seen = measure_answers(question, answers, promises["formulation"])
     kinds = faults(question, seen, **promises)
     found = [(int(which.argmax()), what) for what, which in kinds.items() if which.any()]
     if not found:
@@ -275,7 +275,7 @@ def first_wrong(
     return f"demand {first}, counted from 0: {what}{most}"
 
 
-def stacked(thrusts: Sequence[FloatArray], n: int) -> tuple[FloatArray, BoolArray]:
+def stack_thrusts(thrusts: Sequence[FloatArray], n: int) -> tuple[FloatArray, BoolArray]:
     """F (M, n), and which of the M answers are no (n,) arrays of real numbers; those are rows of NaN in F."""
     misshapen = np.array(
         [not isinstance(f, np.ndarray) or f.shape != (n,) or f.dtype.kind not in "fiu" for f in thrusts]
@@ -287,7 +287,7 @@ def stacked(thrusts: Sequence[FloatArray], n: int) -> tuple[FloatArray, BoolArra
     return F, misshapen
 
 
-def shared(thrusts: Sequence[FloatArray]) -> BoolArray:
+def find_shared_memory(thrusts: Sequence[FloatArray]) -> BoolArray:
     """Mask of answers that overlap in memory with another one.
 
     All answers are alive while they are compared, so overlap means that a method hands a buffer out again.

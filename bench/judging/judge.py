@@ -13,7 +13,7 @@ from alloc.formulations.scaled import FORMULATION as SCALED
 from alloc.live.plain import ANY_DISTANCE
 from alloc.qp.certificate import certify_many
 from bench.demands import ATTAINED, longest
-from bench.judging.faults import VIOLATED, Measured, by_level, faults, measured
+from bench.judging.faults import VIOLATED, Measured, faults, measure_answers, quantiles_by_level
 from bench.judging.loss import FLOOR, gets_nothing, loss, relative_wrench_error
 from bench.judging.question import Question
 from bench.record import Judged
@@ -41,15 +41,15 @@ def judge(
     answer; so much of a distance does not count. ``thorough`` adds duality gaps and what is lost, which cost
     most and are the same in each repeat. Every comparison is written so that NaN fails it.
     """
-    seen = measured(question, answers, formulation)
+    seen = measure_answers(question, answers, formulation)
     wrong = faults(question, seen, formulation, limited, tolerance, wrench_tolerance)
     vehicle, finite, status = question.demands.vehicle, seen.finite, seen.status
     compared = finite & np.isfinite(seen.distance)
     N = len(question.demands.taus)
     distance = seen.distance - np.broadcast_to(doubt, N)[seen.demand]
     farthest = max(float(distance[compared].max()), 0.0) if compared.any() else None
-    missed_max, missed_p50 = misses(question, seen.F) if thorough else (None, None)
-    middle, least = by_level(seen.shares, 0.5, 0.0)
+    missed_max, missed_p50 = missed_shares(question, seen.F) if thorough else (None, None)
+    middle, least = quantiles_by_level(seen.shares, 0.5, 0.0)
     demands, nothing = question.demands, np.zeros(N, dtype=bool)
     if thorough:
         nothing = gets_nothing(*demands.strong, seen.F[:N], demands.limits)
@@ -65,7 +65,7 @@ def judge(
         tolerance=tolerance,
         agrees=_agrees(farthest, tolerance, vehicle.f_scale),
         failed_after_failure=after_failure(seen.gave_up, attainable(question, formulation)[seen.demand]),
-        loss=given_away(question, seen.F) if thorough else {},
+        loss=first_pass_loss(question, seen.F) if thorough else {},
         missed_max=missed_max,
         missed_p50=missed_p50,
         nothing_share=rounded(nothing.mean()) if nothing.size else 0.0,
@@ -138,7 +138,7 @@ def largest_gap(question: Question, F: FloatArray, status: StatusArray, formulat
     return rounded((gap / np.maximum(cost, LEAST_COST)).max())
 
 
-def given_away(question: Question, F: FloatArray) -> dict[str, float | None]:
+def first_pass_loss(question: Question, F: FloatArray) -> dict[str, float | None]:
     """``bench.judging.loss.loss`` over the first pass of the demands, against the hard optimum.
 
     On a vehicle with weak directions it is of the strong part, against the optimum of that.
@@ -152,7 +152,7 @@ def given_away(question: Question, F: FloatArray) -> dict[str, float | None]:
     return {key: None if value is None else rounded(value) for key, value in numbers.items()}
 
 
-def misses(question: Question, F: FloatArray) -> tuple[float | None, float | None]:
+def missed_shares(question: Question, F: FloatArray) -> tuple[float | None, float | None]:
     """Largest and median share of an attainable demand's wrench that is not delivered, in the first pass [-].
 
     The median is over demands of at least FLOOR of ``wrench_scale``: of a log, most may ask for nothing.

@@ -90,7 +90,7 @@ PROMISED = ("a name", "True or False", "a number from 0 on")
 """Values that each of these may have."""
 
 
-def checked_promises(given: Mapping[str, Any]) -> dict[str, Any]:
+def check_promises(given: Mapping[str, Any]) -> dict[str, Any]:
     """The promises as plain values; raises ValueError for one that no answer could be held to."""
     promises = {name: np.asarray(given[name]) for name in PROMISES}
     for name, kinds, wanted in zip(PROMISES, ("U", "b", "fiu"), PROMISED, strict=True):
@@ -105,9 +105,9 @@ def checked_promises(given: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value.item() for name, value in promises.items()}
 
 
-def promised(allocator: Any) -> dict[str, Any]:
+def read_promises(allocator: Any) -> dict[str, Any]:
     """Promises of an allocator, checked."""
-    return checked_promises({name: getattr(allocator, name) for name in PROMISES})
+    return check_promises({name: getattr(allocator, name) for name in PROMISES})
 
 
 class Unanswered(NamedTuple):

@@ -32,12 +32,12 @@ from bench.demands import build_demands
 from bench.demands.generated import generate_vehicle
 from bench.demands.store import Case
 from bench.demands.strong import strong_vehicle
-from bench.harness.lines import begun, method_line, problem
+from bench.harness.lines import method_line, new_header, problem
 from bench.harness.plan import DEFAULT_DEMANDS, quick
 from bench.judging.capability import N_DEMANDS
 from bench.judging.judge import judge
 from bench.judging.loss import relative_wrench_error
-from bench.judging.question import Answers, Question, Unanswered, promised, questions
+from bench.judging.question import Answers, Question, Unanswered, questions, read_promises
 from bench.record import SERVED_WITHIN, Batch, Capability, Cell, Key, Record, Served
 from bench.record.measured import binned
 from bench.report.verdict import USUAL, second_choice, spoken_name
@@ -140,7 +140,7 @@ def made_run(vehicle: Vehicle, capability: Capability, n: int) -> Run:
             sets.append(build_demands(name, vehicle, 0, n))
     asked = questions(sets, lambda method, cases: [answer(method, case) for case in cases])
     methods = [method_line(entry) for entry in entries()]
-    record = Record(header=begun(0, {}), methods=methods, capabilities=[capability])
+    record = Record(header=new_header(0, {}), methods=methods, capabilities=[capability])
     for question in asked:
         record.problems.append(problem(question))
         judged = {entry.name: judged_cell(entry, question) for entry in entries() if not entry.twin}
@@ -159,7 +159,10 @@ def judged_cell(entry: Entry, question: Question) -> Cell:
         return Cell(key=key, status="refused", reason=str(error))
     answers = [allocate(tau) for tau in demands.taus]
     cell = Cell(
-        key=key, status="ok", n_demands=len(answers), judged=judge(question, answers, **promised(allocate))
+        key=key,
+        status="ok",
+        n_demands=len(answers),
+        judged=judge(question, answers, **read_promises(allocate)),
     )
     cell.formulation, cell.limited = allocate.formulation, allocate.limited
     cell.worst_case_steps = allocate.worst_case_steps if isinstance(allocate, BoundedSteps) else None

@@ -12,7 +12,7 @@ from alloc.allocation import FloatArray
 from alloc.c.compiled import missing
 from bench.harness.conduct import misconduct
 from bench.judging.faults import first_wrong
-from bench.judging.question import promised
+from bench.judging.question import read_promises
 from tests.compilers import needs
 
 pytestmark = [pytest.mark.long, pytest.mark.skipif(bool(missing()), reason=missing() or "-")]
@@ -93,7 +93,7 @@ def verdict(library: Path) -> str:
         taus, low, high = demands(vehicle.n, vehicle.wrench_scale, vehicle.f_max)
         allocate = build(str(library), vehicle)
         answers = [allocate(*call) for call in zip(taus, low, high, strict=True)]
-        said.append(first_wrong(vehicle, taus, low, high, answers, **promised(allocate)))
+        said.append(first_wrong(vehicle, taus, low, high, answers, **read_promises(allocate)))
         said += misconduct(allocate, [list(taus), list(low), list(high)], answers)
     return "; ".join(filter(None, said))
 

@@ -3,7 +3,7 @@
 import pytest
 
 from alloc.errors import UnknownName
-from bench.gate.record import among, matching_cells, unmatched
+from bench.gate.record import matching_cells, refuse_pattern, restrict_patterns
 
 
 def test_patterns_choose_cells_with_and_without_the_start() -> None:
@@ -19,12 +19,12 @@ def test_patterns_are_for_the_vehicles_that_are_named_beside_them() -> None:
     """A star took the shipped vehicles too, and one of them failed the gate of a plug-in for another."""
     cells = [[vehicle, "mine", "-"] for vehicle in ("ukwial", "nautilus", "my[rov].yaml")]
     for pattern in ("*:mine", "*", "my*:mine:*"):
-        mine = among(["my[rov].yaml"], [pattern])
+        mine = restrict_patterns(["my[rov].yaml"], [pattern])
         assert [c.vehicle for c in matching_cells(cells, mine)] == ["my[rov].yaml"]
     with pytest.raises(
         UnknownName, match=r"--cells ukwial:mine: is for none of --vehicle a.yaml --vehicle b"
     ):
-        among(["a.yaml", "b.yaml"], ["ukwial:mine"])
+        restrict_patterns(["a.yaml", "b.yaml"], ["ukwial:mine"])
 
 
 @pytest.mark.parametrize(
@@ -49,6 +49,9 @@ def test_a_pattern_that_fits_nothing_is_told_the_cells_that_there_are_instead(
         ["ukwial", "qp/daqp", "cold"],
         ["nautilus", "plain", "-"],
     ]
-    assert unmatched([*cells, *cells], pattern) == f"no cell of either side fits {pattern}; there are {named}"
+    assert (
+        refuse_pattern([*cells, *cells], pattern)
+        == f"no cell of either side fits {pattern}; there are {named}"
+    )
     many = [["ukwial", f"m{i}", "-"] for i in range(20)]
-    assert unmatched(many, "ukwial:*:cold").endswith("ukwial:m7:- and 12 more")
+    assert refuse_pattern(many, "ukwial:*:cold").endswith("ukwial:m7:- and 12 more")

@@ -13,7 +13,7 @@ from alloc.allocation import FloatArray
 from bench.demands import build_demands, labelled, longest
 from bench.demands.generated import growth_vehicle
 from bench.demands.store import Case
-from bench.judging.faults import shared
+from bench.judging.faults import find_shared_memory
 from bench.judging.judge import after_failure, judge
 from bench.judging.question import Answers, Question, Unanswered, ask_here, questions
 from bench.record import Judged
@@ -169,11 +169,11 @@ def test_a_rule_of_practice_has_right_answers_to_inactive_demands_only(asked: di
 
 def test_answers_that_overlap_in_memory_are_found_and_neighbours_are_not() -> None:
     block = np.zeros(12)
-    assert list(shared([block[:4], block[4:8], block[8:]])) == [False, False, False]
-    assert list(shared([block[:4], block[2:6], np.zeros(4)])) == [False, True, False]
-    assert shared([block[:4], np.zeros(4), block[:4]]).sum() == 1
+    assert list(find_shared_memory([block[:4], block[4:8], block[8:]])) == [False, False, False]
+    assert list(find_shared_memory([block[:4], block[2:6], np.zeros(4)])) == [False, True, False]
+    assert find_shared_memory([block[:4], np.zeros(4), block[:4]]).sum() == 1
     ring = np.zeros((300, 4))
-    assert shared([ring[i % 300] for i in range(700)]).sum() == 400
+    assert find_shared_memory([ring[i % 300] for i in range(700)]).sum() == 400
 
 
 def test_giving_up_on_a_demand_below_what_must_be_pushed_is_no_failure(tmp_path: Path) -> None:
