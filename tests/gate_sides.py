@@ -18,6 +18,7 @@ from bench.gate.examine import judge_cell
 from bench.gate.questions import nobody
 from bench.gate.record import GateCell
 from bench.gate.side import Prober, Refused
+from bench.gate.trees import BadTree
 from bench.gate.worker import Built, Orders
 from bench.judging.question import Question, questions
 
@@ -38,6 +39,12 @@ def build(vehicle):
 def run_gate(*arguments: object) -> Result:
     """Outcome of the command; its return value is what the program's main makes its exit code."""
     return CliRunner().invoke(command, [*map(str, arguments)], standalone_mode=False)
+
+
+def refusal(result: Result) -> str:
+    """Words with which the gate refused to compare."""
+    assert isinstance(result.exception, BadTree), result.output
+    return str(result.exception)
 
 
 def pip_notes(site: Path, name: str, url: str, *, editable: bool = False, files: str = "") -> None:

@@ -20,21 +20,10 @@ def test_a_preset_leaves_no_family_and_no_solver_out_that_was_named() -> None:
     assert not {c.method.name for c in contenders(quick())} & set(names)
 
 
-@pytest.mark.parametrize(
-    ("named", "says"),
-    [
-        (
-            {"starts": ("warm",), "methods": ("pinv", "qp/quadprog")},
-            "--start warm: qp/quadprog has cold, reused;",
-        ),
-        ({"starts": ("warm",), "methods": ("qp/quadprog",)}, "name one of these"),
-    ],
-)
-def test_a_named_method_without_the_start_that_was_named_is_refused(
-    named: dict[str, tuple[str, ...]], says: str
-) -> None:
-    with pytest.raises(SettingsError, match=says):
-        contenders(msgspec.structs.replace(quick(), **named))
+def test_a_named_method_without_the_start_that_was_named_is_refused() -> None:
+    named = msgspec.structs.replace(quick(), starts=("warm",), methods=("pinv", "qp/quadprog"))
+    with pytest.raises(SettingsError, match="--start warm: qp/quadprog has cold, reused; name one of these"):
+        contenders(named)
 
 
 def test_a_pattern_takes_those_that_have_the_start() -> None:
@@ -68,17 +57,24 @@ needs_compiler = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
 
 
 @pytest.mark.parametrize(
-    ("file", "methods"),
+    ("files", "methods"),
     [
-        ("noop.py", ()),
-        pytest.param("pinv.py", ("pinv@native",), marks=needs_compiler),
-        ("nullspace.py", ("qp/daqp",)),
+        (["a/mine.py", "b/mine.py"], ()),
+        (["pinv.py"], ("pinv",)),
+        (["noop.py"], ()),  # a yardstick
+        pytest.param(["pinv.py"], ("pinv@native",), marks=needs_compiler),  # it represents this one
+        (["nullspace.py"], ("qp/daqp",)),
     ],
 )
-def test_a_plug_in_named_as_a_yardstick_or_as_what_represents_another_method_is_refused(
-    tmp_path: Path, file: str, methods: tuple[str, ...]
+def test_two_methods_of_one_name_are_refused_not_dropped(
+    tmp_path: Path, files: list[str], methods: tuple[str, ...]
 ) -> None:
-    path = tmp_path / file
-    path.write_text("from alloc.methods.pinv import FORMULATION, build\n")
+    plugins = [tmp_path / name for name in files]
+    for file in plugins:
+        file.parent.mkdir(exist_ok=True)
+        file.write_text("from alloc.methods.pinv import FORMULATION, build\n")
+    settings = RunSettings(demands=(), methods=methods, plugins=tuple(map(str, plugins)))
     with pytest.raises(UnknownName, match="another method is called"):
-        contenders(RunSettings(demands=(), methods=methods, plugins=(str(path),)))
+        contenders(settings)
+    twice = RunSettings(demands=(), plugins=(str(plugins[0]), str(plugins[0])))
+    assert files == ["noop.py"] or len(contenders(twice)) == 1  # a file named twice is one plug-in

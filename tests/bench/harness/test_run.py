@@ -101,20 +101,6 @@ def test_a_plug_in_takes_part_once_whether_it_is_named_or_not(
         contenders(RunSettings(demands=(), methods=("my_pinv",), plugins=(str(plugin),)))
 
 
-def test_two_methods_of_one_name_are_refused_not_dropped(tmp_path: Path) -> None:
-    files = [tmp_path / folder / name for folder, name in (("a", "mine"), ("b", "mine"), ("c", "pinv"))]
-    for file in files:
-        file.parent.mkdir()
-        file.with_suffix(".py").write_text("from alloc.methods.pinv import FORMULATION, build\n")
-    mine, other, pinv = (str(file.with_suffix(".py")) for file in files)
-    for plugins, wanted in (((mine, other), ()), ((pinv,), ("pinv",))):
-        with pytest.raises(UnknownName, match="another method is called"):
-            contenders(RunSettings(demands=(), methods=wanted, plugins=plugins))
-    assert (
-        len(contenders(RunSettings(demands=(), plugins=(mine, mine, pinv)))) == 2
-    )  # a file named twice is one plug-in
-
-
 @pytest.mark.usefixtures("bare_runs")
 def test_the_parent_keeps_off_the_core_that_workers_are_pinned_to(tmp_path: Path) -> None:
     seen = []
