@@ -73,7 +73,7 @@ def command(
     from alloc.discovery import find, is_plugin, load_plugin, plugin_name, prepare
     from alloc.errors import PluginError, UnknownName, VehicleError
     from alloc.files.textfile import write_text
-    from bench.harness.process import apart
+    from bench.harness.process import run_in_copy
     from bench.inputs.demand_csv import esc_columns, format_thrusts
     from bench.inputs.faults import EACH, parse_fault, with_fault
     from bench.inputs.log_limits import row_limits, row_supply
@@ -117,7 +117,7 @@ def command(
         return [_answer(given, answering.n) for given in answers], read_promises(allocator)
 
     # A method may crash, end its process, go to another folder, or write into what it is given.
-    answers, promises = apart(partial(_in_words, plugin, answered), f"{plugin or method}")
+    answers, promises = run_in_copy(partial(_in_words, plugin, answered), f"{plugin or method}")
     if plugin:
         from bench.judging.faults import first_wrong
 

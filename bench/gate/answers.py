@@ -140,7 +140,7 @@ def shorten(side: SideAnswers, count: int) -> SideAnswers:
     return side._replace(answers=side.answers[:count], raised=raised)
 
 
-def wrong(question: Question, side: SideAnswers) -> str:
+def find_error(question: Question, side: SideAnswers) -> str:
     """Errors of one side's answers by the equations, in words; empty for none."""
     if side.lacks:
         return ""
@@ -189,7 +189,9 @@ def _mended(question: Question, base: SideAnswers, head: SideAnswers, doubted: b
     return mended
 
 
-def differ(question: Question, base: SideAnswers, head: SideAnswers, *, doubted: bool = False) -> str:
+def find_difference(
+    question: Question, base: SideAnswers, head: SideAnswers, *, doubted: bool = False
+) -> str:
     """Difference between two sides' answers; empty where there is none, or where wrong or none became right.
 
     Answers that are wrong on both sides are compared too: a wrong answer may get worse. ``doubted`` says that

@@ -20,11 +20,11 @@ from bench.gate.answers import (
     ask_first_built,
     ask_side,
     calls,
-    differ,
+    find_difference,
+    find_error,
     is_useless,
     shorten,
     state,
-    wrong,
 )
 from bench.gate.questions import MIXED, NEARLY, demand_sets, nearly_symmetric, nobody, timed_demands
 from bench.gate.record import (
@@ -200,15 +200,17 @@ def judge_cell(
             base, head = shorten(base, count), shorten(head, count)
             fewest = min(count, fewest)
         before, now = (
-            _prefix(of_base, wrong(of_base, base)),
-            _prefix(of_head, wrong(of_head, head)),
+            _prefix(of_base, find_error(of_base, base)),
+            _prefix(of_head, find_error(of_head, head)),
         )
         cell.note(before, now)
         if whole is None:  # the whole vehicle's, which are asked first
             doubted = bool(before) and is_useless(of_base, base, head)
         # On such edges rounding in another order may move thrusts far.
         if asked is theirs and of_base.demands.name != NEARLY:
-            cell.differ = cell.differ or _prefix(of_base, differ(of_base, base, head, doubted=doubted))
+            cell.differ = cell.differ or _prefix(
+                of_base, find_difference(of_base, base, head, doubted=doubted)
+            )
         whole = whole or (base, head)
     if whole:
         cell.note(*map(_answers_otherwise, sides, (cell, cell), (asked[0], theirs[0]), whole))
@@ -235,7 +237,7 @@ def judge_new(cell: GateCell, head: Prober, asked: Sequence[Question]) -> tuple[
         count = len(side.answers)
         if not side.lacks and count < len(question.demands.taus):
             question, fewest = question.rows(slice(count)), min(count, fewest)
-        if what := _prefix(question, side.lacks or wrong(question, side)):
+        if what := _prefix(question, side.lacks or find_error(question, side)):
             note_failure(cell, what)
             break
     else:
@@ -277,7 +279,7 @@ def _judge_head_alone(cell: GateCell, question: Question, base: SideAnswers, hea
     if head.lacks:
         how = f"`{cell.name}` fails on both sides: {head.lacks}"
         return [] if base.refused and head.refused else [f"no {kind} were compared: {how}"]
-    cell.note("", _prefix(question, wrong(question, head)))
+    cell.note("", _prefix(question, find_error(question, head)))
     return [f"{kind} are new: `{cell.name}`"]
 
 
@@ -302,7 +304,9 @@ def _answers_otherwise(side: Prober, cell: GateCell, question: Question, before:
     few, then = question.rows(slice(AGAIN)), shorten(before, AGAIN)
     again = ask_first_built(side, cell, few, then)
     count = min(len(then.answers), len(again.answers))  # of a slow one, not the same in the same time
-    other = again.lacks or differ(few.rows(slice(count)), shorten(then, count), shorten(again, count))
+    other = again.lacks or find_difference(
+        few.rows(slice(count)), shorten(then, count), shorten(again, count)
+    )
     return f"answers otherwise once another is built for a failure: {other}" if other else ""
 
 

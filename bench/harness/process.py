@@ -314,7 +314,7 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 Made = TypeVar("Made")
 
 
-def apart(work: Callable[[], Made], who: str) -> Made:
+def run_in_copy(work: Callable[[], Made], who: str) -> Made:
     """Result of ``work``, from a copy of this process.
 
     What the work prints goes to standard error. What it changes in memory, and the folder that it goes to,

@@ -240,7 +240,7 @@ def settle(job: Job) -> None:
 def write_answers(task: AnswerTask, job: Job) -> None:
     """Answer a case and write thrusts and statuses; raises what ``answer_case`` does."""
     case = load_case(Path(task.case))
-    allocator = prepared(job, case.vehicle)
+    allocator = build_allocator(job, case.vehicle)
     F, status = answer_case(allocator, case, brought=job.plugin is not None)
     promises = {name: np.array(value) for name, value in read_promises(allocator).items()}
     save(Path(task.answers), F=F, status=status, **promises)
@@ -282,7 +282,7 @@ def measure(task: MeasureTask, job: Job, line: Worker) -> Cell:
     if job.method not in YARDSTICKS:
         cell.allocator_bytes = reachable_bytes(allocator)
         describe(cell, allocator, samples.answers, timed)
-        amiss = [WRITES] if any(map(changed, inputs, arguments(timed))) else []
+        amiss = [WRITES] if any(map(has_changed, inputs, arguments(timed))) else []
         if before and after:
             from bench.harness.conduct import leftovers, misconduct
 
@@ -326,19 +326,19 @@ def arguments(question: Question) -> list[list[FloatArray]]:
 WRITES = "it writes into what it is given, which is the caller's"
 
 
-def changed(given: list[FloatArray], asked: list[FloatArray]) -> bool:
+def has_changed(given: list[FloatArray], asked: list[FloatArray]) -> bool:
     """True if arrays differ from what they were when a method got them."""
     return not np.array_equal(given, asked, equal_nan=True)
 
 
-def prepared(job: Job, vehicle: Vehicle) -> Allocator:
+def build_allocator(job: Job, vehicle: Vehicle) -> Allocator:
     """The allocator of a job's method."""
     return prepare(find_entry(job.method, job.plugin), vehicle, start=job.start, level=job.level)
 
 
 def build_callable(job: Job, vehicle: Vehicle) -> Any:
     """The function whose calls are timed: a yardstick, or the allocator of a job's method."""
-    return yardstick(job.method) if job.method in YARDSTICKS else prepared(job, vehicle)
+    return yardstick(job.method) if job.method in YARDSTICKS else build_allocator(job, vehicle)
 
 
 def set_up(build: Callable[[], Any], least: int) -> tuple[Any, list[int]]:

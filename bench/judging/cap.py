@@ -20,7 +20,7 @@ from alloc.vehicle.limits import Interval
 from bench.demands import DemandSet, build_demands
 from bench.demands.strong import strong_vehicle, unasked_weak_axes
 from bench.judging.judge import rounded
-from bench.judging.last_metre import linear
+from bench.judging.last_metre import linear_commands
 from bench.judging.loss import share_along
 from bench.record import CapExcess, FuseCost, FuseWay, Power
 
@@ -116,7 +116,7 @@ def output_factor(factor: float, amps: float, before: float, most: float, dt: fl
     return float(np.clip(factor + dt / (dt + TIME_CONSTANT) * (1.0 - r), 0.0, 1.0))
 
 
-def fed_back(vehicle: Vehicle, u: FloatArray, caps: FloatArray, volts: float, dt: float) -> FloatArray:
+def limiter_thrusts(vehicle: Vehicle, u: FloatArray, caps: FloatArray, volts: float, dt: float) -> FloatArray:
     """Thrusts (N, n) [N] of commands u (N, n) behind the limiter, with caps (N,) [A] and loops of dt [s]."""
     neutral = np.array([esc.neutral for esc in vehicle.esc])
     full, draw = u - neutral, vehicle.draw(volts)
@@ -153,12 +153,12 @@ def cap_excesses(vehicle: Vehicle, seed: int) -> list[CapExcess]:
     )
     ways = {
         WITHIN: vehicle.commands(within, volts, f_min=limits[0], f_max=limits[1], cap=caps[counted]).f,
-        FEEDBACK: fed_back(vehicle, vehicle.commands(F, volts).u, caps, volts, dt)[counted],
+        FEEDBACK: limiter_thrusts(vehicle, vehicle.commands(F, volts).u, caps, volts, dt)[counted],
         WITHOUT: F[counted],
     }
     if vehicle.autopilot is not None and vehicle.autopilot.method == "ardusub":
-        pulses = linear(vehicle, build("ardusub", vehicle).many(taus)[0])
-        ways[MIXED] = fed_back(vehicle, pulses, caps, volts, dt)[counted]
+        pulses = linear_commands(vehicle, build("ardusub", vehicle).many(taus)[0])
+        ways[MIXED] = limiter_thrusts(vehicle, pulses, caps, volts, dt)[counted]
     found = []
     for way, made in ways.items():
         over = draw.amps(made).sum(axis=1) - caps[counted]
@@ -192,7 +192,7 @@ Way = Callable[[FloatArray], Answer]
 """Function of a demand (k,) that answers it."""
 
 
-def each_at(draw: Draw, limits: Interval, amps: float) -> Interval:
+def limits_at_current(draw: Draw, limits: Interval, amps: float) -> Interval:
     """Limits (n,) at which each thruster draws so many amperes, or its own where these draw less [N]."""
     nearer = []
     for side in limits:
@@ -211,7 +211,7 @@ def ways(vehicle: Vehicle, limits: Interval, amps: float, volts: float | None) -
     Thrusters must be able to stand still. Raises AllocError for a vehicle that a way does not cover.
     """
     scaled, frugal, draw = build("scaled", vehicle), build("frugal", vehicle), vehicle.draw(volts)
-    parts = each_at(draw, limits, amps / len(vehicle.working))
+    parts = limits_at_current(draw, limits, amps / len(vehicle.working))
 
     def answer(allocate: Any, ends: Interval, tau: FloatArray, **cap: Any) -> Answer:
         found = allocate(tau, *ends, **cap)
@@ -246,7 +246,7 @@ def fuse_cost(vehicle: Vehicle, seed: int) -> FuseCost | None:
     except AllocError:  # no voltage, or too many facets
         return None
     axes = np.vstack([np.eye(vehicle.k), -np.eye(vehicle.k)]) * vehicle.wrench_scale
-    asked, axes = far(vehicle, unasked_weak_axes(vehicle, drawn)), far(vehicle, axes)
+    asked, axes = stretch_demands(vehicle, unasked_weak_axes(vehicle, drawn)), stretch_demands(vehicle, axes)
     least = build("frugal", vehicle)
     found, largest = [], np.ones(DIRECTIONS)
     for name, way in answers.items():
@@ -279,7 +279,7 @@ def fuse_cost(vehicle: Vehicle, seed: int) -> FuseCost | None:
     )
 
 
-def far(vehicle: Vehicle, taus: FloatArray) -> FloatArray:
+def stretch_demands(vehicle: Vehicle, taus: FloatArray) -> FloatArray:
     """Demands (N, k) along these, BEYOND on their largest axis."""
     size = np.abs(taus / vehicle.wrench_scale).max(axis=1, keepdims=True)
     beyond: FloatArray = BEYOND * taus / size

@@ -30,8 +30,8 @@ def ways(vehicle: Vehicle) -> dict[str, Sends]:
     """The ways from thrusts to commands that are compared, by what a report calls them."""
     jumps, stays = (with_dead_band(vehicle, jump=jump) for jump in (True, False))
     return {
-        LINEAR: lambda f, low, high: linear(vehicle, f),
-        "curve, truncated": lambda f, low, high: truncated(stays, f, low, high),
+        LINEAR: lambda f, low, high: linear_commands(vehicle, f),
+        "curve, truncated": lambda f, low, high: truncated_commands(stays, f, low, high),
         "curve, neutral in the dead band": lambda f, low, high: stays.commands(f, f_min=low, f_max=high).u,
         "curve, dead band jumped": lambda f, low, high: jumps.commands(f, f_min=low, f_max=high).u,
     }
@@ -43,7 +43,7 @@ def with_dead_band(vehicle: Vehicle, *, jump: bool) -> Vehicle:
     return replace(vehicle, esc=tuple(made[esc] for esc in vehicle.esc))
 
 
-def linear(vehicle: Vehicle, f: FloatArray) -> FloatArray:
+def linear_commands(vehicle: Vehicle, f: FloatArray) -> FloatArray:
     """Commands (N, n) without a curve: linear from neutral to the limits, to the nearest step."""
     u = np.empty(f.shape)
     for i, esc in enumerate(vehicle.esc):
@@ -56,7 +56,7 @@ def linear(vehicle: Vehicle, f: FloatArray) -> FloatArray:
     return u
 
 
-def truncated(vehicle: Vehicle, f: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+def truncated_commands(vehicle: Vehicle, f: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     """Commands (N, n) that code makes which turns a float into an integer: never more than was asked."""
     u, made, _ = vehicle.commands(f, f_min=low, f_max=high)
     steps, neutral = (np.array([getattr(esc, key) for esc in vehicle.esc]) for key in ("step", "neutral"))
@@ -65,7 +65,7 @@ def truncated(vehicle: Vehicle, f: FloatArray, low: FloatArray, high: FloatArray
     return nearer
 
 
-def of_a_step(vehicle: Vehicle, taus: FloatArray, F: FloatArray) -> FloatArray:
+def step_error(vehicle: Vehicle, taus: FloatArray, F: FloatArray) -> FloatArray:
     """The error (N,) that steps alone explain, relative to |tau|.
 
     A thrust that lies anywhere in a step of d_i newtons is off by d_i / sqrt(12) in the mean of squares, and
@@ -100,21 +100,21 @@ def last_metre(vehicle: Vehicle, seed: int) -> list[LastMetre]:
             share: relative_wrench_error(vehicle, taus, vehicle.thrusts(sends(F, *ends)))
             for share, (taus, F) in by_share.items()
         }
-        flown = _flown(vehicle, sends, seed, told=name != LINEAR)
+        flown = _fly(vehicle, sends, seed, told=name != LINEAR)
         found.append(
             LastMetre(
                 way=name,
                 share=list(SHARES),
                 error_p50=[float(np.median(error)) for error in errors.values()],
                 error_p95=[float(np.quantile(error, 0.95)) for error in errors.values()],
-                step_p50=[float(np.median(of_a_step(vehicle, *each))) for each in by_share.values()],
+                step_p50=[float(np.median(step_error(vehicle, *each))) for each in by_share.values()],
                 **flown,
             )
         )
     return found
 
 
-def _flown(vehicle: Vehicle, sends: Sends, seed: int, *, told: bool) -> dict[str, float | None]:
+def _fly(vehicle: Vehicle, sends: Sends, seed: int, *, told: bool) -> dict[str, float | None]:
     """Record of a flight in which the thrusters make what is sent; None for a vehicle that can't fly it.
 
     Slew limits lie around what was made where the allocator is ``told``, else around what was asked.

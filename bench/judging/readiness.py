@@ -99,11 +99,11 @@ def estimate_readiness(
     inertia = vehicle.inertia[[DOF.index(axis) for axis in vehicle.dof]]
     A, lower, upper = columns(vehicle, f, v)
     b = inertia * a + coriolis(vehicle, inertia, v)
-    x = _bounded(A.reshape(-1, A.shape[-1]), b.ravel(), lower, upper)
+    x = _solve_bounded(A.reshape(-1, A.shape[-1]), b.ravel(), lower, upper)
     rho, spread = persistence(b - A @ x, b)
-    rows = whitened(A, rho[:, None], spread[:, None]).reshape(-1, A.shape[-1])
-    right = whitened(b, rho, spread).ravel()
-    x = _bounded(rows, right, lower, upper)
+    rows = whiten(A, rho[:, None], spread[:, None]).reshape(-1, A.shape[-1])
+    right = whiten(b, rho, spread).ravel()
+    x = _solve_bounded(rows, right, lower, upper)
     half_width = INTERVAL * deviations(rows, right - rows @ x, np.eye(len(x))[: vehicle.n])
     return np.where(np.isinf(half_width), np.nan, x[: vehicle.n]), half_width
 
@@ -143,12 +143,12 @@ def persistence(errors: FloatArray, known: FloatArray) -> tuple[FloatArray, Floa
     return rho, np.maximum(spread, 1e-9 * float(np.abs(known).max()) + 1e-12)
 
 
-def whitened(rows: FloatArray, rho: FloatArray, spread: FloatArray) -> FloatArray:
+def whiten(rows: FloatArray, rho: FloatArray, spread: FloatArray) -> FloatArray:
     """Rows (N - 1, ...) less rho of the row before, over the size of their errors."""
     return (rows[1:] - rho * rows[:-1]) / spread
 
 
-def _bounded(A: FloatArray, b: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
+def _solve_bounded(A: FloatArray, b: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
     """Bounded least squares with columns of unit length."""
     from scipy.optimize import lsq_linear
 
@@ -244,10 +244,10 @@ def estimate_ratios(
     bounds = np.append(lower, LIGHTEST * start), np.append(upper, HEAVIEST * start)
 
     def errors(x: FloatArray, rho: FloatArray, spread: FloatArray) -> FloatArray:
-        return whitened(model(x) - a, rho, spread).ravel()
+        return whiten(model(x) - a, rho, spread).ravel()
 
     def rows(x: FloatArray, rho: FloatArray, spread: FloatArray) -> FloatArray:
-        return whitened(slopes(x), rho[:, None], spread[:, None]).reshape(-1, len(x))
+        return whiten(slopes(x), rho[:, None], spread[:, None]).reshape(-1, len(x))
 
     rho, spread = np.zeros(k), np.ones(k)
     for _ in range(2):  # as if errors were independent of the row before, then with what follows from it

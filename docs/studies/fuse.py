@@ -13,7 +13,7 @@ import numpy as np
 
 from alloc import Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
-from bench.judging.cap import each_at, missions_power
+from bench.judging.cap import limits_at_current, missions_power
 
 CAP, VOLTS = 20.0, 12.0
 VEHICLES = ("bluerov2", "bluerov2-heavy")
@@ -30,7 +30,7 @@ def compared(vehicle: Vehicle, directions: int) -> dict[str, FloatArray]:
     rng, draw = np.random.default_rng(2004), vehicle.draw(VOLTS)
     low, high = vehicle.limits(volts=VOLTS)
     scaled, frugal = build("scaled", vehicle), build("frugal", vehicle)
-    held = each_at(draw, (low, high), CAP / vehicle.n)
+    held = limits_at_current(draw, (low, high), CAP / vehicle.n)
     rows = []
     for f in rng.uniform(low, high, (directions, vehicle.n)):
         tau = vehicle.strong.TP @ f

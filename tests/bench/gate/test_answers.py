@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from alloc import Allocation, Label, Status, Vehicle, build
-from bench.gate.answers import SideAnswers, ask_side, differ, wrong
+from bench.gate.answers import SideAnswers, ask_side, find_difference, find_error
 from bench.gate.record import GateCell
 from bench.gate.side import Prober
 from bench.gate.worker import packed
@@ -18,22 +18,22 @@ NOTHING = np.full(4, np.nan)
 
 def test_the_exact_answers_are_right_and_do_not_differ(question: Question, right: list[Allocation]) -> None:
     side = SideAnswers("", PROMISES, right)
-    assert wrong(question, side) == differ(question, side, side) == ""
+    assert find_error(question, side) == find_difference(question, side, side) == ""
 
 
 def test_what_equations_say_of_an_answer_is_what_the_gate_says(
     vehicle: Vehicle, question: Question, right: list[Allocation]
 ) -> None:
     i, inactive = at(question, Label.ACTIVE), at(question, Label.INACTIVE)
-    assert "the wrench is not met" in wrong(question, changed(right, i, 1.001 * right[i].f))
-    assert "says INFEASIBLE" in wrong(question, changed(right, i, NOTHING, Status.INFEASIBLE))
-    assert wrong(question, changed(right, at(question, Label.INFEASIBLE), np.zeros(4)))
+    assert "the wrench is not met" in find_error(question, changed(right, i, 1.001 * right[i].f))
+    assert "says INFEASIBLE" in find_error(question, changed(right, i, NOTHING, Status.INFEASIBLE))
+    assert find_error(question, changed(right, at(question, Label.INFEASIBLE), np.zeros(4)))
     idle = np.linalg.svd(vehicle.T)[2][-1]  # pushes nothing, T idle = 0, and costs effort
-    message = wrong(question, changed(right, inactive, right[inactive].f + idle))
+    message = find_error(question, changed(right, inactive, right[inactive].f + idle))
     promised = PROMISES["tolerance"] * vehicle.f_scale
     assert message.endswith(f"N from the optimum, beyond its promise of {promised:.3g} N")
     at_odds = SideAnswers("", PROMISES, right, at_odds="many() differs")
-    assert wrong(question, at_odds) == "many() differs"
+    assert find_error(question, at_odds) == "many() differs"
 
 
 @pytest.mark.parametrize("hit", ["all", "active"])
@@ -51,7 +51,7 @@ def test_what_is_wrong_in_one_demand_of_a_thousand_is_found(
     for trial in range(20):
         chosen = candidates & (np.random.default_rng(trial).random(len(F)) < 1e-3)
         answers = [bad if c else good for c, good, bad in zip(chosen, exact, spoilt, strict=True)]
-        found += bool(wrong(whole, SideAnswers("", PROMISES, answers)))
+        found += bool(find_error(whole, SideAnswers("", PROMISES, answers)))
     assert found >= 19
 
 
@@ -61,8 +61,8 @@ def test_a_share_that_thrusts_do_not_deliver_is_wrong(
 ) -> None:
     side = cast("Prober", Here(vehicle, off))
     found = ask_side(side, GateCell(vehicle="ukwial", method="priority"), question)
-    assert says in wrong(question, found)
-    assert bool(says) == bool(wrong(question, found))
+    assert says in find_error(question, found)
+    assert bool(says) == bool(find_error(question, found))
 
 
 def test_thrusts_that_are_no_real_numbers_are_not_taken_for_their_real_parts() -> None:
@@ -76,9 +76,9 @@ def test_answers_may_differ_by_twice_what_the_base_promises_and_in_no_status(
 ) -> None:
     i, base = at(question, Label.ACTIVE), SideAnswers("", PROMISES, right)
     moved = right[i].f + share * PROMISES["tolerance"] * vehicle.f_scale  # type: ignore[operator]
-    assert bool(differ(question, base, changed(right, i, moved))) == differs
+    assert bool(find_difference(question, base, changed(right, i, moved))) == differs
     other = changed(right, i, right[i].f, Status.PARTIAL)
-    assert differ(question, base, other) == f"status SOLVED → PARTIAL for demand {i}"
+    assert find_difference(question, base, other) == f"status SOLVED → PARTIAL for demand {i}"
 
 
 @pytest.mark.parametrize("formulation", ["mine", "hard"])
@@ -89,11 +89,11 @@ def test_an_answer_where_base_gave_up_is_no_regression(
     i = at(question, Label.ACTIVE)
     gave_up = changed(right, i, NOTHING, Status.NOT_CONVERGED)
     base, head = (SideAnswers("", promises, answers) for answers in (gave_up.answers, right))
-    assert differ(question, base, head) == ""
-    assert f"SOLVED → NOT_CONVERGED for demand {i}" in differ(question, head, base)
+    assert find_difference(question, base, head) == ""
+    assert f"SOLVED → NOT_CONVERGED for demand {i}" in find_difference(question, head, base)
     for f, status in ((NOTHING, Status.INFEASIBLE), (-0.5 * right[i].f, Status.PARTIAL)):
         other = changed(right, i, f, status).answers  # a fallback with the wrong sign
-        assert differ(question, base, SideAnswers("", promises, other))
+        assert find_difference(question, base, SideAnswers("", promises, other))
 
 
 def test_a_wrong_answer_may_become_right_but_not_wrong_otherwise_nor_may_another_break(
@@ -101,14 +101,14 @@ def test_a_wrong_answer_may_become_right_but_not_wrong_otherwise_nor_may_another
 ) -> None:
     i, other = at(question, Label.ACTIVE), at(question, Label.INACTIVE)
     base = changed(right, i, 1.001 * right[i].f)
-    assert differ(question, base, base) == ""
-    assert differ(question, base, SideAnswers("", PROMISES, right)) == ""
+    assert find_difference(question, base, base) == ""
+    assert find_difference(question, base, SideAnswers("", PROMISES, right)) == ""
     for head, says in (
         (changed(right, i, 1.01 * right[i].f), "thrusts differ by up to"),
         (changed(right, i, NOTHING, Status.SOLVED), "thrusts differ by up to inf N"),
         (changed(right, other, 1.001 * right[other].f), "thrusts differ"),
     ):
-        assert says in differ(question, base, head)
+        assert says in find_difference(question, base, head)
 
 
 @pytest.mark.parametrize(
@@ -126,7 +126,7 @@ def test_a_head_that_promises_less_than_its_base_differs_and_one_that_promises_m
     question: Question, right: list[Allocation], before: dict[str, Any], now: dict[str, Any], says: str
 ) -> None:
     base, head = (SideAnswers("", PROMISES | more, right) for more in (before, now))
-    assert differ(question, base, head) == says
+    assert find_difference(question, base, head) == says
 
 
 def test_a_head_without_the_shares_or_the_many_of_its_base_differs(
@@ -135,6 +135,6 @@ def test_a_head_without_the_shares_or_the_many_of_its_base_differs(
     """The first user would find out in the water."""
     whole = SideAnswers("", PROMISES, [answer._replace(share=(1.0,)) for answer in right])
     bare = SideAnswers("", PROMISES, right)
-    assert differ(question, whole, bare) == "1 share → none for demand 0"
-    assert differ(question, bare, whole) == ""
-    assert differ(question, bare, bare._replace(many=False)) == "many() is gone"
+    assert find_difference(question, whole, bare) == "1 share → none for demand 0"
+    assert find_difference(question, bare, whole) == ""
+    assert find_difference(question, bare, bare._replace(many=False)) == "many() is gone"

@@ -12,7 +12,7 @@ from alloc.allocation import FloatArray
 from alloc.nullspace.region import prepare
 from alloc.vehicle.checks import ARRAYS
 from bench.demands import DemandSet, build_demands
-from bench.gate.answers import ask_side, wrong
+from bench.gate.answers import ask_side, find_error
 from bench.gate.examine import side_vehicle
 from bench.gate.questions import (
     AXES,
@@ -127,7 +127,7 @@ def test_a_vehicle_is_what_the_side_s_own_file_says(name: str) -> None:
     for method in ("priority", "scaled-by-group"):
         (asked,) = questions([build_demands("infeasible", seen, 1, 40)], nobody)
         found = ask_side(cast("Prober", side), GateCell(vehicle=name, method=method), asked)
-        assert wrong(asked, found) == ""
+        assert find_error(asked, found) == ""
 
 
 class BothOrNone:
@@ -153,4 +153,4 @@ def test_limits_of_one_side_are_given_alone(
     here.promises = PROMISES
     side, cell = cast("Prober", here), GateCell(vehicle="ukwial", method="mine")
     assert asked.demands.name == (says or MOVING)
-    assert ("a limit is violated" in wrong(asked, ask_side(side, cell, asked))) == bool(says)
+    assert ("a limit is violated" in find_error(asked, ask_side(side, cell, asked))) == bool(says)

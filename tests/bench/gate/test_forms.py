@@ -9,7 +9,7 @@ from alloc import Allocation, Status, Vehicle
 from alloc.allocation import FloatArray, StatusArray
 from bench.demands import DemandSet
 from bench.gate import contract
-from bench.gate.answers import ask_side, wrong
+from bench.gate.answers import ask_side, find_error
 from bench.gate.record import GateCell
 from bench.gate.side import Prober
 from bench.judging.question import Question
@@ -123,7 +123,7 @@ def test_who_promises_no_distance_still_answers_alike_in_many_and_in_calls(
     here.answers_by(Turned(vehicle, factor))
     here.promises = {"formulation": "mine", "limited": True, "tolerance": 1.0}
     found = ask_side(cast("Prober", here), GateCell(vehicle="ukwial", method="mine"), question)
-    assert "from those of single calls" in wrong(question, found)
+    assert "from those of single calls" in find_error(question, found)
 
 
 @pytest.mark.parametrize("length", [1, 10])
@@ -138,7 +138,7 @@ def test_many_is_asked_short_batches_too(vehicle: Vehicle, question: Question, l
     here.promises = {"formulation": "mine", "limited": True, "tolerance": 1.0}
     part = question.rows(slice(60))
     found = ask_side(cast("Prober", here), GateCell(vehicle="ukwial", method="mine"), part)
-    assert f"many() of {length} demand" in wrong(part, found)
+    assert f"many() of {length} demand" in find_error(part, found)
 
 
 def test_a_method_whose_calls_take_long_is_asked_fewer_demands_in_other_forms(

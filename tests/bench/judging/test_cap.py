@@ -21,13 +21,13 @@ from bench.judging.cap import (
     WITHIN,
     WITHOUT,
     cap_excesses,
-    each_at,
     energy_lines,
-    far,
-    fed_back,
     fuse_cost,
+    limiter_thrusts,
+    limits_at_current,
     mean_power,
     output_factor,
+    stretch_demands,
     ways,
 )
 
@@ -42,7 +42,7 @@ def heavy(amps: float = AMPS) -> Vehicle:
 def demands(count: int) -> FloatArray:
     vehicle = heavy()
     thrusts = np.random.default_rng(3).uniform(vehicle.f_min, vehicle.f_max, (count, vehicle.n))
-    return far(vehicle, thrusts @ vehicle.T.T)
+    return stretch_demands(vehicle, thrusts @ vehicle.T.T)
 
 
 def test_each_way_makes_its_share_of_the_demand_within_the_cap_and_none_more_than_the_largest() -> None:
@@ -62,11 +62,11 @@ def test_each_way_makes_its_share_of_the_demand_within_the_cap_and_none_more_tha
 
 def test_limits_at_a_part_of_the_cap_draw_it_and_thrusters_that_draw_less_keep_their_own() -> None:
     draw = heavy().draw(VOLTS)
-    low, high = each_at(draw, heavy().esc_limits(VOLTS), 2.5)
+    low, high = limits_at_current(draw, heavy().esc_limits(VOLTS), 2.5)
     assert draw.amps(low) == pytest.approx(2.5)
     assert draw.amps(high) == pytest.approx(2.5)
     short = np.full(8, -1.0), np.full(8, 1.0)
-    assert np.array_equal(each_at(draw, short, 2.5), short)
+    assert np.array_equal(limits_at_current(draw, short, 2.5), short)
 
 
 def test_the_cost_is_that_of_the_file_s_cap_and_a_cap_that_never_binds_costs_nothing_but_apart(
@@ -120,7 +120,7 @@ def test_the_factor_follows_the_current_of_now_or_of_five_loops_on(
 def test_the_limiter_lets_the_first_current_through_and_ends_at_the_cap() -> None:
     f = np.full((600, 8), 20.0)
     u = heavy().commands(f, VOLTS).u
-    amps = heavy().draw(VOLTS).amps(fed_back(heavy(), u, np.full(600, 20.0), VOLTS, 0.1)).sum(axis=1)
+    amps = heavy().draw(VOLTS).amps(limiter_thrusts(heavy(), u, np.full(600, 20.0), VOLTS, 0.1)).sum(axis=1)
     assert amps[0] == pytest.approx(heavy().draw(VOLTS).amps(f[0]).sum(), rel=0.01)
     assert amps[0] > 2 * 20.0
     assert amps[-1] == pytest.approx(20.0, rel=0.02)
@@ -150,7 +150,7 @@ def test_a_mixer_s_output_is_a_share_of_the_pulse_and_its_thrust_is_on_the_curve
     ahead = labelled("mission", heavy(), np.array([[141.42 / 2, 0, 0, 0, 0, 0]]), rate_hz=100.0)
     monkeypatch.setattr("bench.judging.cap.build_demands", lambda *_: ahead)
     seen = []
-    monkeypatch.setattr("bench.judging.cap.fed_back", lambda _, u, *rest: seen.append(u) or 0.0 * u)
+    monkeypatch.setattr("bench.judging.cap.limiter_thrusts", lambda _, u, *rest: seen.append(u) or 0.0 * u)
     cap_excesses(heavy(), 0)
     assert seen[-1][0] == pytest.approx([1300, 1300, 1700, 1700, 1500, 1500, 1500, 1500])
 

@@ -32,14 +32,14 @@ def linear_vehicle(tmp_path: Path) -> Vehicle:
 def test_a_linear_map_is_right_where_thrust_is_linear(tmp_path: Path) -> None:
     vehicle = linear_vehicle(tmp_path)
     F = np.random.default_rng(0).uniform(-50, 50, (40, 3))
-    assert (last_metre.linear(vehicle, F) == np.rint(F.clip(-40, 40))).all()
+    assert (last_metre.linear_commands(vehicle, F) == np.rint(F.clip(-40, 40))).all()
 
 
 def test_truncating_never_makes_more_than_was_asked_and_less_than_a_step_less(tmp_path: Path) -> None:
     vehicle = linear_vehicle(tmp_path)
     F = np.random.default_rng(0).uniform(-39, 39, (40, 3))
     ends = np.full((2, *F.shape), 40.0) * np.array([-1, 1])[:, None, None]
-    assert (last_metre.truncated(vehicle, F, *ends) == np.trunc(F)).all()
+    assert (last_metre.truncated_commands(vehicle, F, *ends) == np.trunc(F)).all()
 
 
 def test_steps_explain_the_error_of_a_rounded_linear_curve(tmp_path: Path) -> None:
@@ -49,7 +49,7 @@ def test_steps_explain_the_error_of_a_rounded_linear_curve(tmp_path: Path) -> No
     taus = F @ vehicle.TP.T
     miss = (vehicle.commands(F).f - F) @ vehicle.TP.T / vehicle.wrench_scale
     size = np.linalg.norm(taus / vehicle.wrench_scale, axis=1)
-    expected = last_metre.of_a_step(vehicle, taus, F) * size
+    expected = last_metre.step_error(vehicle, taus, F) * size
     assert np.sqrt((miss**2).sum(axis=1).mean()) == pytest.approx(np.sqrt((expected**2).mean()), rel=0.1)
 
 
