@@ -365,11 +365,7 @@ def time_binding(allocator: Any, question: Question, budget_ns: int) -> Samples[
 
 
 def census(job: Job) -> "Census | None":
-    """Threads and processes now; None for a method of the catalogue, in Python, or that has a memory.
-
-    Only of somebody's library or program the conduct is looked at, and only where its answers do not depend
-    on earlier calls by its own word.
-    """
+    """Threads and processes now; None but for somebody's library or program that says to have no memory."""
     plugin = job.plugin
     if plugin is None or job.start == "warm" or not (runs_apart(plugin) or is_library(Path(plugin))):
         return None
