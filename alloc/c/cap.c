@@ -28,7 +28,9 @@ static void find(SCALAR volts, struct now *now)
 /* The piece of a row on which thrust f lies; the outermost have no end. */
 static const struct piece *lies(int row, SCALAR f)
 {
-    int first = begins[row], last = begins[row + 1] - 1;
+    const SCALAR place = (f - spans[row].first) * spans[row].per;
+    const int cell = place > ZERO ? (place < CELLS - 1 ? (int)place : CELLS - 1) : 0;
+    int first = cells[row][cell], last = cells[row][cell + 2];
     while (first < last) {
         const int middle = first + (last - first + 1) / 2;
         if (f >= pieces[middle].f) {
@@ -51,8 +53,8 @@ static SCALAR amps(const struct now *now, int i, SCALAR f, SCALAR *slope)
     *slope = power[i] * rise;
     return rise * f;
 #else
-    const int row = now->row[curve[i]];
-    const SCALAR up = now->up[curve[i]];
+    const int c = CURVES > 1 ? curve[i] : 0, row = now->row[c];
+    const SCALAR up = now->up[c];
     const struct piece *piece = lies(row, f);
     SCALAR current = piece->amps + piece->slope * (f - piece->f);
     *slope = piece->slope;
@@ -78,116 +80,167 @@ static SCALAR total(const struct now *now, const SCALAR f[N], const SCALAR step[
     return current;
 }
 
-/* Part of the chord from thrusts within a cap to others beyond at which their current is the cap. The current
- * is convex, so that Newton's steps from beyond stay there. */
-static SCALAR reaches(const struct now *now, SCALAR cap, SCALAR near, const SCALAR within[N], const SCALAR beyond[N])
+struct point { /* thrusts on the path, their current [A], and the part of the demand they are of and make */
+    SCALAR f[N], amps, at, share;
+};
+
+/* Part of the chord from a point within a cap to one beyond at which the current is the cap, after so many of
+ * Newton's steps. The current is convex, so that a step ends beyond, and steps from there come nearer. They
+ * begin about where it would be if current grew with the power 3/2 of thrust. */
+static SCALAR reaches(const struct now *now, SCALAR cap, SCALAR near, const struct point *within,
+                      const struct point *beyond, int steps)
 {
-    SCALAR step[N], slope, t = ONE;
-    for (int i = 0; i < N; i++) {
-        step[i] = beyond[i] - within[i];
+    const SCALAR rises = beyond->amps - within->amps, left = cap - within->amps;
+    SCALAR step[N], slope, t;
+    if (!(left > ZERO)) {
+        return ZERO;
     }
-    for (int k = 0; k < NEWTON; k++) {
-        const SCALAR over = total(now, within, step, t, &slope) - cap;
-        if (over <= near || !(slope > ZERO)) {
+    t = (rises + 5 * left) / (5 * rises + left);
+    for (int i = 0; i < N; i++) {
+        step[i] = beyond->f[i] - within->f[i];
+    }
+    for (int k = 0; k < steps; k++) {
+        const SCALAR over = total(now, within->f, step, t, &slope) - cap, before = t;
+        if ((over <= near && (k > 0 || over >= -near)) || !(slope > ZERO)) {
             break;
         }
         t -= over / slope;
-        if (!(t > ZERO)) {
-            return ZERO;
+        t = t > ZERO ? (t < ONE ? t : ONE) : ZERO;
+        if (t == before) { /* by rounding */
+            break;
         }
     }
     return t;
+}
+
+/* The point between two. */
+static void mix(const struct point *within, const struct point *beyond, SCALAR t, struct point *mixed)
+{
+    for (int i = 0; i < N; i++) {
+        mixed->f[i] = within->f[i] + t * (beyond->f[i] - within->f[i]);
+    }
+    mixed->at = within->at + t * (beyond->at - within->at);
+    mixed->share = within->share + t * (beyond->share - within->share);
 }
 
 ENTRY
 {
     static const SCALAR none[N] = {ZERO};
     struct now now;
-    SCALAR within[N], beyond[N], found[N], begin[K], asked[K];
-    SCALAR least = ZERO, most = ZERO, part = ONE, delivered = ZERO, slope;
-    const SCALAR near = SPARE * cap;
+    struct point within, beyond, found, chord;
+    SCALAR low[N], high[N], begin[K], asked[K], part = ONE, slope;
+    const SCALAR near = SPARE * cap, goal = cap - HALF * near;
     int is_straight = STRAIGHT, rests = 1, status;
     if (!(cap - cap == ZERO && volts - volts == ZERO)) {
         return TB_NOT_FINITE;
     }
-    status = ALLOCATE(tau, beyond, &most);
+    status = ALLOCATE(tau, beyond.f, &beyond.share);
     if (status != TB_SOLVED && status != TB_PARTIAL) {
         return status;
     }
     find(volts, &now);
-    if (total(&now, beyond, none, ZERO, &slope) <= cap) {
+    beyond.at = beyond.share;
+    beyond.amps = total(&now, beyond.f, none, ZERO, &slope);
+    if (beyond.amps <= cap) {
         for (int i = 0; i < N; i++) {
-            f[i] = beyond[i];
+            f[i] = beyond.f[i];
         }
-        share[0] = most;
+        share[0] = beyond.share;
         return status;
     }
     for (int i = 0; i < N; i++) { /* rest, or where limits exclude it a little inside the nearer one */
         const int off = i == fault || !ready[i];
-        const SCALAR low = off ? ZERO : f_min[i], high = off ? ZERO : f_max[i];
-        const SCALAR away = low > -high ? low : -high, width = (high - low) * INSET;
+        const SCALAR least = off ? ZERO : f_min[i], most = off ? ZERO : f_max[i];
+        const SCALAR away = least > -most ? least : -most, width = (most - least) * INSET;
         const SCALAR inset = away > ZERO ? (width < away ? width : away) : ZERO;
-        const SCALAR up = low + inset > ZERO ? low + inset : ZERO;
-        within[i] = up < high - inset ? up : high - inset;
-        rests &= within[i] == ZERO;
-        /* Rounding may leave a thrust that is at a limit just inside of it. */
-        is_straight &= (low + TOUCH < beyond[i] && beyond[i] < high - TOUCH) || beyond[i] == ZERO;
+        const SCALAR up = least + inset > ZERO ? least + inset : ZERO;
+        low[i] = least;
+        high[i] = most;
+        within.f[i] = up < most - inset ? up : most - inset;
+        rests &= within.f[i] == ZERO;
+        is_straight &= TOUCHES_NOT(beyond.f[i], least, most);
     }
-    if (!(total(&now, within, none, ZERO, &slope) <= cap)) {
+    within.at = within.share = ZERO;
+    within.amps = total(&now, within.f, none, ZERO, &slope);
+    if (!(within.amps <= cap)) {
         return TB_INFEASIBLE;
     }
     is_straight &= rests;
     for (int r = 0; r < K; r++) {
         begin[r] = ZERO;
         for (int i = 0; i < N && !rests; i++) {
-            begin[r] += T[r][i] * within[i];
+            begin[r] += T[r][i] * within.f[i];
         }
     }
     if (!rests) {
-        status = ALLOCATE(begin, within, &part);
+        status = ALLOCATE(begin, within.f, &part);
         if (status != TB_SOLVED && status != TB_PARTIAL) {
             return status;
         }
+        within.amps = total(&now, within.f, none, ZERO, &slope);
     }
-    /* Thrusts are linear in the share between the points where one of them meets a limit. */
-    for (int k = 0; k < STEPS; k++) {
-        const SCALAR along = k % 3 < 2 ? reaches(&now, cap - HALF * near, near / 4, within, beyond) : HALF;
-        const SCALAR at = least + along * (most - least);
-        SCALAR over;
-        if (!(at > least && at < most)) {
+    /* Thrusts are linear in the share between the points where one of them meets a limit. So where a point
+     * of the path lies on the chord, the chord is the path. */
+    for (int k = 0; k < STEPS && !is_straight; k++) {
+        const SCALAR along = k % 3 < 2 ? reaches(&now, goal, near / 4, &within, &beyond, 2) : HALF;
+        int is_inside = STRAIGHT && rests;
+        mix(&within, &beyond, along, &chord);
+        if (!(chord.at > within.at && chord.at < beyond.at)) {
             break;
         }
-        if (is_straight) {
-            part = ONE;
-            for (int i = 0; i < N; i++) {
-                found[i] = within[i] + along * (beyond[i] - within[i]);
-            }
-        } else {
-            for (int r = 0; r < K; r++) {
-                asked[r] = begin[r] + at * (tau[r] - begin[r]);
-            }
-            status = ALLOCATE(asked, found, &part);
-            if (status != TB_SOLVED && status != TB_PARTIAL) {
-                break;
-            }
+        for (int r = 0; r < K; r++) {
+            asked[r] = begin[r] + chord.at * (tau[r] - begin[r]);
         }
-        over = total(&now, found, none, ZERO, &slope) - cap;
+        status = ALLOCATE(asked, found.f, &part);
+        if (status != TB_SOLVED && status != TB_PARTIAL) {
+            break;
+        }
+        found.at = chord.at;
+        found.share = found.at * part;
+        is_straight = 1;
         for (int i = 0; i < N; i++) {
-            *(over > ZERO ? &beyond[i] : &within[i]) = found[i];
+            const SCALAR apart = found.f[i] - chord.f[i];
+            is_straight &= apart <= BENT && apart >= -BENT;
+            is_inside &= TOUCHES_NOT(found.f[i], low[i], high[i]);
         }
-        if (over > ZERO) {
-            most = at;
+        if (is_straight) {
+            break;
+        }
+        if (is_inside) { /* no limit is met from rest on, and none up to the first one */
+            SCALAR far = beyond.at / found.at;
+            for (int i = 0; i < N; i++) {
+                const SCALAR x = found.f[i];
+                if (x > ZERO && far * x > high[i]) {
+                    far = high[i] / x;
+                } else if (x < ZERO && far * x < low[i]) {
+                    far = low[i] / x;
+                }
+            }
+            for (int i = 0; i < N; i++) {
+                const SCALAR x = far * found.f[i];
+                found.f[i] = x < low[i] ? low[i] : x > high[i] ? high[i] : x;
+            }
+            found.at *= far;
+            found.share *= far;
+        }
+        found.amps = total(&now, found.f, none, ZERO, &slope);
+        if (found.amps > cap) {
+            beyond = found;
+            is_straight = is_inside;
         } else {
-            least = at;
-            delivered = at * part;
-            if (over >= -near) {
+            within = found;
+            if (within.amps >= cap - near) {
                 break;
             }
         }
+    }
+    if (is_straight) {
+        mix(&within, &beyond, reaches(&now, goal, near / 4, &within, &beyond, NEWTON), &found);
+        within = found;
     }
     for (int i = 0; i < N; i++) {
-        f[i] = within[i];
+        f[i] = within.f[i];
     }
-    share[0] = delivered;
+    share[0] = within.share;
     return TB_PARTIAL;
 }

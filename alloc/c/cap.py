@@ -29,6 +29,12 @@ TOUCH = 1e-4
 without need costs calls and changes no answer."""
 NEWTON = 64
 """Most steps of Newton on one chord. Each of them enters another piece, or a law loses a factor of it."""
+BENT: dict[Scalar, float] = {"double": 1e-10, "float": 4e-6}
+"""Distance of a path from a chord up to which rounding made it, relative to the largest limit [-]."""
+CELLS = 128
+"""Cells of equal width across a row's thrusts, which know the first piece of current that lies in them."""
+CELL_DOUBT = 1e-3
+"""Part of a cell by which rounding may take a thrust into the next one [-]."""
 CASES = 12
 """Calls of the self-test for the whole vehicle, and each fault."""
 ROUNDING: dict[Scalar, float] = {"double": 1e-6, "float": 2e-4}
@@ -140,10 +146,15 @@ def _macros(target: Target) -> Iterator[tuple[str, str]]:
     limits = "f_min, f_max, " * (target.limits == "call")
     yield from {"N": str(vehicle.n), "K": str(vehicle.k), "LAW": str(int(law))}.items()
     yield "CURVES", str(1 if law else len(_tables(target)))
+    if not law:
+        yield "CELLS", str(CELLS)
     # Thrusts of several ways are mixed: of these one may meet a limit where the mixture meets none.
     yield "STRAIGHT", str(int(all(len(state.mixture) == 1 for state in states)))
     yield "SPARE", number(SPARE[scalar], scalar)
     yield "TOUCH", number(TOUCH * vehicle.f_scale, scalar)
+    zero = number(0.0, scalar)
+    yield "TOUCHES_NOT(x, least, most)", f"((least + TOUCH < x && x < most - TOUCH) || x == {zero})"
+    yield "BENT", number(BENT[scalar] * vehicle.f_scale, scalar)
     yield "INSET", number(INSET, scalar)
     yield from {"STEPS": str(STEPS[scalar]), "NEWTON": str(NEWTON)}.items()
     yield "ALLOCATE(tau, f, share)", f"{target.name}(tau, {limits}fault, f, share)"
@@ -186,11 +197,24 @@ def _arrays(target: Target) -> Iterator[str]:
     yield f"static const int rows[] = {_integers(_ends([len(one.convex) for one in known]))};"
     volts: FloatArray = np.nan_to_num(np.concatenate([one.volts for one in known]))
     yield table("row_volts", volts, scalar)
-    yield f"static const int begins[] = {_integers(_ends([len(row.slopes) for row in rows]))};"
     yield f"struct piece {{ {scalar} f, amps, slope; }}; /* begin [N, A], slope [A/N] */"
     each = np.vstack([np.column_stack([row.f[:-1], row.amps[:-1], row.slopes]) for row in rows])
     lines = ",\n".join(f"    {listed(one, scalar)}" for one in each)
     yield f"static const struct piece pieces[] = {{\n{lines}\n}};"
+    yield f"struct span {{ {scalar} first, per; }}; /* begin of a row's cells [N], and cells in each N */"
+    spans = [(row.f[0], CELLS / (row.f[-1] - row.f[0])) for row in rows]
+    lines = ",\n".join(f"    {listed(np.array(one), scalar)}" for one in spans)
+    yield f"static const struct span spans[] = {{\n{lines}\n}};"
+    firsts = []
+    begins = _ends([len(row.slopes) for row in rows])
+    for row, (first, per), begin, end in zip(rows, spans, begins, begins[1:], strict=False):
+        ends = first + (np.arange(CELLS + 2) - CELL_DOUBT) / per
+        # The piece two cells on bounds the search from above, whatever rounding makes of the cell.
+        found = begin + row.f[1:-1].searchsorted(ends, side="right")
+        found[CELLS:] = end - 1
+        firsts.append(_integers(found.tolist()))
+    lines = ",\n".join(f"    {one}" for one in firsts)
+    yield f"static const unsigned short cells[][CELLS + 2] = {{\n{lines}\n}};"
 
 
 def _integers(values: list[int]) -> str:

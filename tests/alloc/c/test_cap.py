@@ -63,13 +63,14 @@ def bound(vehicle: Vehicle, scalar: Scalar) -> tuple[Call, Call]:
     return call(plain), call(under)
 
 
+@pytest.mark.parametrize("count", [150, pytest.param(2_000, marks=pytest.mark.long)])
 @pytest.mark.parametrize("case", CASES)
 def test_shares_are_those_of_a_bisection_on_the_path_and_no_call_draws_more_than_the_cap(
-    case: str, rng: np.random.Generator
+    case: str, count: int, rng: np.random.Generator
 ) -> None:
     vehicle, scalar = CASES[case]
     (plain, under), stopped = bound(vehicle, scalar), 0
-    for _ in range(150):
+    for _ in range(count):
         fault = int(rng.integers(-1, vehicle.n))
         tau = rng.uniform(0.1, 3.0) * vehicle.TP @ rng.uniform(vehicle.f_min, vehicle.f_max)
         narrower = rng.uniform(0.3, 1.0, (2, vehicle.n)) ** rng.integers(2)

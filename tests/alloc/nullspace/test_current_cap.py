@@ -44,14 +44,15 @@ def calls(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Iterator[Call]:
         yield rng.uniform(0.2, 2.0) * vehicle.TP @ F, low, narrower[1] * vehicle.f_max, cap, volts
 
 
+@pytest.mark.parametrize("count", [12, pytest.param(200, marks=pytest.mark.long)])
 @pytest.mark.parametrize("method", ["scaled", "scaled-by-group"])
 @pytest.mark.parametrize("case", CASES)
 def test_shares_are_those_of_a_bisection_on_the_path_without_a_cap(
-    case: str, method: str, rng: np.random.Generator
+    case: str, method: str, count: int, rng: np.random.Generator
 ) -> None:
     vehicle, stopped = CASES[case], 0
     allocate = build(method, vehicle)
-    for tau, low, high, cap, volts in calls(vehicle, rng, 12):
+    for tau, low, high, cap, volts in calls(vehicle, rng, count):
         draw, begin = vehicle.draw(volts), vehicle.strong.TP @ start(low, high)
         whole, found = allocate(tau, low, high), allocate(tau, low, high, cap=cap, volts=volts)
         np.testing.assert_array_equal(found.amps, draw.amps(found.f))
