@@ -61,13 +61,13 @@ def shares(vehicle: Vehicle, mixer: Autopilot, factors: FloatArray) -> FloatArra
     return percent
 
 
-def as_text(vehicle: Vehicle, mixer: Autopilot, factors: FloatArray) -> str:
+def as_text(mixer: Autopilot, percent: FloatArray) -> str:
     """The table of ``shares``."""
     lines = [
         f"{mixer.frame}: diagonal, % of what all thrusters could do; beside it, % of the axis's own input",
         f"{'':8}" + "".join(f"{name:>10}" for name in INPUTS),
     ]
-    for axis, row in zip(DOF, shares(vehicle, mixer, factors), strict=True):
+    for axis, row in zip(DOF, percent, strict=True):
         cells = "".join(f"{'' if np.isnan(cell) else f'{cell + 0.0:.1f}':>10}" for cell in row.round(1))
         lines.append(f"{axis:8}{cells}".rstrip())
     return "\n".join(lines)

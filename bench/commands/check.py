@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from alloc import Vehicle
+    from alloc.allocation import FloatArray
     from alloc.vehicle.file import Mounting
 
 TITLE = "drawn by thrustbench check"
@@ -46,10 +47,12 @@ def command(
     'esc', as <vehicle>-esc.svg. With --probe the table of the pool is drawn too, as <vehicle>-probe.svg and
     .pdf beside the drawing. With --failures: the smallest loss of each thruster that shows, pairs that look
     alike, and demands to fly that tell the others apart, given the noise of a wrench [N, N m]. With
-    --autopilot: a table of what each input makes; key is the file's own. With --fit-current: the law of
-    `esc.current` that fits a .BIN or ULog with the battery's current, and what the fit leaves.
+    --autopilot: a table of what each input makes, drawn as <vehicle>-autopilot.svg; key is the file's own.
+    With --fit-current: the law of `esc.current` that fits a .BIN or ULog with the battery's current, and what
+    the fit leaves.
     """
     from alloc.lint.autopilot import as_text as factors_as_text
+    from alloc.lint.autopilot import shares
     from alloc.lint.check import check_vehicle
     from alloc.lint.probe import as_text, probes
     from alloc.lint.report import as_table, to_json
@@ -70,13 +73,11 @@ def command(
     echo(to_json(report, tried) if as_json else as_table(report))
     for line in weak_lines(drawn) if drawn is not None and not as_json else []:
         echo(line)
-    if autopilot and drawn is not None and drawn.autopilot is not None and not as_json:
-        is_px4 = drawn.autopilot.method == "px4"
-        echo(
-            factors_as_text(
-                drawn, drawn.autopilot, unit_outputs(drawn) if is_px4 else drawn.autopilot.factors
-            )
-        )
+    percent = None
+    if autopilot and drawn is not None and (mixer := drawn.autopilot) is not None and not as_json:
+        factors = unit_outputs(drawn) if mixer.method == "px4" else mixer.factors
+        percent = shares(drawn, mixer, factors)
+        echo(factors_as_text(mixer, percent))
     if tried is not None and not as_json:
         echo(as_text(tried))
     if failures and drawn is not None:
@@ -84,7 +85,7 @@ def command(
     if log is not None and drawn is not None:
         echo(fit_text(log, drawn))
     if drawn is not None and mounting is not None and (picture or not (as_json or no_picture)):
-        for line in _pictures(report.path, drawn, mounting, picture, probe):
+        for line in _pictures(report.path, drawn, mounting, picture, probe, percent):
             echo(line, err=as_json)
     errors = [finding for finding in report.findings if finding.level == "error"]
     if errors:
@@ -126,16 +127,21 @@ def _isolation(vehicle: "Vehicle", noise: str, output: Path | None) -> str:
 
 
 def _pictures(
-    file: Path, vehicle: "Vehicle", mounting: "Mounting", picture: Path | None, probe: bool
+    file: Path,
+    vehicle: "Vehicle",
+    mounting: "Mounting",
+    picture: Path | None,
+    probe: bool,
+    percent: "FloatArray | None",
 ) -> list[str]:
-    """Draw the vehicle, and the table of the pool if it is asked for; lines that say where they are.
+    """Draw the vehicle, and the table of the pool or of inputs if asked for; lines that say where they are.
 
     Without a name they go into the current folder, where they replace nothing but older ones of their kind.
     """
     import matplotlib as mpl
 
     from alloc.lint.probe import probes
-    from bench.report.pictures.sketch import sheet, sketch, thrust_curve
+    from bench.report.pictures.sketch import input_map, sheet, sketch, thrust_curve
     from bench.report.pictures.style import SETTINGS
 
     target = picture or Path(f"{file.stem}.svg")
@@ -147,6 +153,10 @@ def _pictures(
             lines.append(
                 _saved(thrust_curve(vehicle), beside, picture is not None, "what its ESCs' commands make")
             )
+        if percent is not None and vehicle.autopilot is not None:
+            beside = target.with_name(f"{target.stem}-autopilot{target.suffix}")
+            made = input_map(vehicle, percent, vehicle.autopilot.frame)
+            lines.append(_saved(made, beside, picture is not None, "what its autopilot's inputs make"))
         if probe:
             drawn = sheet(vehicle, probes(vehicle))
             for suffix in (".svg", ".pdf"):

@@ -14,10 +14,12 @@ from matplotlib.patches import Rectangle
 
 from alloc import Vehicle
 from alloc.allocation import FloatArray
+from alloc.lint.autopilot import INPUTS
 from alloc.lint.probe import SMALL, Probe
 from alloc.vehicle.esc import Esc
 from alloc.vehicle.file import Mounting
 from alloc.vehicle.frame import TURN, described
+from alloc.vehicle.geometry import DOF
 from bench.report.pictures.style import (
     BLUE,
     FAINT,
@@ -227,6 +229,28 @@ def sheet(vehicle: Vehicle, found: Sequence[Probe]) -> Figure:
         y += height
     if any(probe.small for probe in found):
         axes.text(0, y + 0.5, SMALL, fontsize=7, color=GREY, va="top")
+    return figure
+
+
+def input_map(vehicle: Vehicle, percent: FloatArray, frame: str) -> Figure:
+    """Table (6, 6) of each input's percentages along each axis (``alloc.lint.autopilot.shares``), coloured.
+
+    Blue on the diagonal and vermilion beside it, the fuller the more.
+    """
+    figure = Figure((7.2, 4.4))
+    axes = figure.subplots()
+    for (row, column), cell in np.ndenumerate(percent.round(1) + 0.0):
+        if np.isfinite(cell):
+            colour = BLUE if row == column else VERMILION
+            full = 0.6 * min(abs(cell) / 100, 1.0)
+            axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, color=colour, alpha=full, linewidth=0))
+            axes.text(column, row, f"{cell:.1f}", ha="center", va="center", color=INK, fontsize=8)
+    axes.grid(visible=False)
+    axes.set(xlim=(-0.5, 5.5), ylim=(5.5, -0.5))
+    axes.set_xticks(range(6), INPUTS)
+    axes.set_yticks(range(6), DOF)
+    axes.set_xlabel("input at 1: diagonal, % of what all thrusters could do; beside it, % of the axis's own")
+    figure.suptitle(f"{vehicle.name}: what {frame} makes", x=0.01, ha="left", fontsize=10)
     return figure
 
 

@@ -14,11 +14,13 @@ from matplotlib.text import Annotation, Text
 from matplotlib.transforms import Bbox
 
 from alloc import load_vehicle
+from alloc.lint.autopilot import shares
 from alloc.lint.probe import probes
 from alloc.vehicle.file import Mounting, find_file, matrices, poses, read_document, vehicle_with
 from alloc.vehicle.frame import TURN
+from alloc.vehicle.geometry import DOF
 from bench.__main__ import cli
-from bench.report.pictures.sketch import LONG_ARROW, sheet, sketch
+from bench.report.pictures.sketch import LONG_ARROW, input_map, sheet, sketch
 from bench.report.pictures.style import SETTINGS
 from tests.alloc.vehicle.test_columns import TIBURON
 
@@ -73,6 +75,26 @@ def test_png_on_request_and_none_for_scripts(here: Path) -> None:
     json.loads(check("ukwial", "--json").stdout)
     check("ukwial", "--no-picture")
     assert [path.name for path in here.iterdir()] == ["seen.png"]
+
+
+def test_the_table_of_inputs_is_drawn_beside_the_vehicle_with_the_numbers_that_are_printed(
+    here: Path,
+) -> None:
+    printed = check("bluerov2", "--autopilot", "key").stdout
+    assert (here / "bluerov2-autopilot.svg").exists()
+    assert "bluerov2-autopilot.svg: what its autopilot's inputs make" in printed
+    rows = {line.split()[0]: line.split()[1:] for line in printed.splitlines() if line.startswith(DOF)}
+    vehicle = load_vehicle("bluerov2")
+    assert vehicle.autopilot is not None
+    percent = shares(vehicle, vehicle.autopilot, vehicle.autopilot.factors)
+    with mpl.rc_context(SETTINGS):
+        (axes,) = input_map(vehicle, percent, vehicle.autopilot.frame).axes
+    cells = [(round(text.get_position()[1]), text.get_text()) for text in axes.texts]
+    assert [[text for row, text in cells if row == j] for j in range(6)] == [rows[axis] for axis in DOF]
+    shaded = sorted(
+        {(round(box.get_x() + 0.5), round(box.get_y() + 0.5)) for box in axes.patches if box.get_alpha()}
+    )
+    assert shaded == sorted((column, row) for row, column in np.argwhere(np.abs(percent.round(1)) > 0))
 
 
 @pytest.mark.parametrize(
