@@ -2,12 +2,12 @@
 
 from bench.record import Capability, MixerCost
 from bench.results.rows import Run
-from bench.results.text import percent, plain, table, wrench_text
+from bench.results.text import drop_rounding, percent, plain, table, wrench_text
 
 MIXER = """## Your autopilot, and the exact answer
 
-The factors in the autopilot's table contain neither positions nor limits. `thrustbench check --autopilot key`
-lists the reasons; docs/autopilot.md has remedies.
+ArduSub's factors contain neither positions nor limits; PX4 computes its own from positions, and axes give way
+one by one. `thrustbench check --autopilot key` lists the reasons; docs/autopilot.md has remedies.
 """
 
 
@@ -28,7 +28,7 @@ def _vehicle(capability: Capability, cost: MixerCost) -> list[str]:
     return [
         f"{plain(capability.vehicle)}: your autopilot ({plain(cost.frame)}) delivers"
         f" {percent(cost.served / cost.n_demands)} of what your thrusters can do within 1 %, and misses"
-        f" {percent(cost.missed_p50)} of a demand's wrench in the median; the exact answer"
+        f" {percent(drop_rounding(cost.missed_p50))} of a demand's wrench in the median; the exact answer"
         f" (`{cost.exact}`) delivers {exact}. Of {cost.n_demands:,} demands drawn evenly it costs most:\n",
         table(
             ["asked", f"{cost.method} makes", "missing"],

@@ -117,3 +117,9 @@ def test_the_mixer_of_a_vehicle_that_px4_flies_is_px4_s() -> None:
     assert (cost.method, cost.frame) == ("px4", "PX4")
     missed = relative_wrench_error(flown, taus, build("px4", flown).many(taus)[0])
     assert cost.missed == pytest.approx(sorted(missed, reverse=True)[:3], rel=1e-3)
+
+
+def test_what_is_missed_by_rounding_is_nothing(tmp_path: Path, measured: Capability, cost: MixerCost) -> None:
+    least = msgspec.structs.replace(cost, missed_p50=4.87e-16)
+    text = mixer(run_with(tmp_path, msgspec.structs.replace(measured, mixer=least)), frozenset())
+    assert "and misses 0 % of a demand's wrench in the median" in " ".join(text.split())
