@@ -342,6 +342,7 @@ def _add(
                     within_5pct=int(np.count_nonzero(error <= 0.05)),
                     sample=worst_loss(vehicle, taus, answer.F),
                     corners=corners,
+                    missed=b"" if fault is not None else np.packbits(~(error <= SERVED_WITHIN)).tobytes(),
                 )
             )
     if isinstance(of_growing, Answers):

@@ -66,6 +66,8 @@ class Served(msgspec.Struct, kw_only=True, omit_defaults=True):
     sample : the worst of these demands; None in records from before it was kept
     corners : the worst wrench of thrusters that all stand at a limit, the corners of the attainable set among
         them; None after a failure, where they are too many to go through, and in records from before
+    missed : a bit for each of these demands that is not delivered within 1 %, to compare methods demand by
+        demand; empty after a failure, and in records from before
     """
 
     fault: int | None
@@ -75,6 +77,7 @@ class Served(msgspec.Struct, kw_only=True, omit_defaults=True):
     within_5pct: int
     sample: Loss | None = None
     corners: Loss | None = None
+    missed: bytes = b""
 
 
 class Unserved(msgspec.Struct, kw_only=True):

@@ -26,7 +26,7 @@ from bench.results.machines import NamedRun, emulated_name
 from bench.results.quantiles import Histogram, interval, largest, largest_of_all, merge
 from bench.results.ranking import largest_loss, largest_miss, served_text
 from bench.results.rows import Run, sort_sets
-from bench.results.size import CLOSE, SPARE, Fit, Size
+from bench.results.size import CERTAIN, CLOSE, EDGES, SPARE, Fit, Size
 from bench.results.sizing import Pool, method_pools, pool_rows, sized_methods
 
 if TYPE_CHECKING:
@@ -123,6 +123,8 @@ def data(machines: Sequence[NamedRun]) -> dict[str, Any]:
     return {
         "close": CLOSE,
         "spare": SPARE,
+        "edges": EDGES,
+        "certain": CERTAIN,
         "fits": [str(fit) for fit in Fit],
         "rate_hz": opening_loop(*(m.run for m in machines)).rate_hz,
         "times": times,
@@ -197,7 +199,7 @@ def _method(run: Run, rows: Sequence[Row], pool: Pool, place: dict[float, int]) 
         + [
             {
                 "demands": row.demands,
-                **_pool(pool_rows(run, [row]), [row]),
+                **_pool(pool_rows(run, [row], demands=row.demands), [row]),
                 "singles": _pack(row.measured.singles, place),
             }
             for row in rows
@@ -237,7 +239,9 @@ def _worth(size: Size) -> dict[str, Any]:
         "refusal": size.refusal,
         "part": size.part,
         "gap": size.gap,
-        "missing": [size.missing_low, size.missing_high],
+        "missing": [size.missing_low, size.missing, size.missing_high],
+        "n_even": size.n_even,
+        "misses": size.misses.hex(),
         "picky": size.picky,
         "spoken": spoken_name(size),
         "precedence": size.precedence,

@@ -17,6 +17,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from alloc.formulations import find_formulation
 from bench.record import (
     NO_VEHICLE,
     Capability,
@@ -284,10 +285,17 @@ def count_answers(rows: Iterable[Row]) -> str:
 
 
 def served_count(run: Run, row: Row) -> Served | None:
-    """Count of demands drawn evenly that the method, or the twin of generated C, was asked; None without."""
-    capability = run.capability(row.vehicle)
+    """Count of demands drawn evenly that answers like a row's were asked; None without.
+
+    They are the method's own or those of its twin. Foreign code of this project without a twin answers as
+    the counted method of its formulation does; where that is the optimum, a solver may miss it.
+    """
+    capability, own = run.capability(row.vehicle), row.described
     whole = [s for s in capability.served if s.fault is None] if capability else []
-    return next((s for name in (row.method, row.described.twin) for s in whole if s.method == name), None)
+    names = [row.method, own.twin]
+    if own.foreign and not (own.twin or own.plugin or find_formulation(row.formulation).optimal):
+        names += [m.name for m in run.record.methods if m.formulation == row.formulation and not m.plugin]
+    return next((s for name in names for s in whole if s.method == name), None)
 
 
 def read_run(directory: Path) -> Run:

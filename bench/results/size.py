@@ -1,13 +1,15 @@
 """Size of a method: its share of a control loop, the verdict, and the order of advice."""
 
+from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from itertools import groupby
-from math import ceil
+from math import sqrt
 from operator import attrgetter
 from typing import Any
 
+from bench.record import SERVED_WITHIN
 from bench.results.quantiles import largest, largest_of_all
 
 LATE_SHARE = 0.001
@@ -96,6 +98,8 @@ def judge_times(
 
 CLOSE = 1.5
 """Median CPU times within this factor count as equal: noise swaps them from run to run."""
+EDGES = (SERVED_WITHIN * (1 - 1e-9), *(tenth / 10 for tenth in range(1, 10)))
+"""The most missing of each number of ``tenths`` [-]."""
 SPARE = 0.01
 """Share of the period below which a difference of medians decides nothing [-]: the loop has that time."""
 
@@ -118,6 +122,9 @@ class Size:
     part : in words, how much of a mission was asked where that is not all of it; else empty
     missing : share of the demands that can be met of which it leaves out more than SERVED_WITHIN [-]
     missing_low, missing_high : ends of the 95 % interval of ``missing`` [-]; equal where it is exact
+    n_even : number of demands drawn evenly that ``missing`` is a share of, the same for each method; 0 where
+        other sets have a part in it
+    misses : a bit for each demand drawn evenly that it leaves out; empty where that is not known
     unanswered : whether some demand that was asked, drawn or of a log, got no thrusts within the limits, or a
         wrench of nothing
     picky : whether it refuses what can't be met, and delivers what can
@@ -153,6 +160,8 @@ class Size:
     missing: float = 0.0
     missing_low: float = 0.0
     missing_high: float = 0.0
+    n_even: int = 0
+    misses: bytes = b""
     unanswered: bool = False
     picky: bool = False
     moving: bool = False
@@ -172,8 +181,11 @@ class Size:
 
     @property
     def tenths(self) -> int:
-        """``missing`` in tenths, rounded up: below an exact method, as many count as equal."""
-        return ceil(10 * self.missing)
+        """``missing`` in tenths, rounded up: below an exact method, as many count as equal.
+
+        What is less than SERVED_WITHIN counts as none: how many demands were asked would decide.
+        """
+        return bisect_left(EDGES, self.missing)
 
     @property
     def gap(self) -> int:
@@ -234,8 +246,29 @@ def rank_sizes(sizes: Sequence[Size], period_us: float) -> list[Size]:
     return ranked
 
 
-def _reading(size: Size, loop: Loop, *, better: bool) -> Size:
-    """A size at the better or the worse end of what noise and so few demands leave open."""
+CERTAIN = 1.96
+"""Standard deviations of a normal number that 95 % of them keep within."""
+
+
+def most_missing(size: Size, rival: Size, missing: float) -> float:
+    """The most that a size may miss [-] where its rival misses so much.
+
+    Both answered the same demands, so only those count of which one missed what the other did not, b and c:
+    the difference is at most b - c + CERTAIN sqrt(b + c) + 1 of them: McNemar's test, Edwards' correction.
+    Where there are none, they miss alike. Where the demands are not known, both are read for themselves.
+    """
+    n, alike, margin = min(size.n_even, rival.n_even), size.missing == rival.missing == 0, 0.0
+    if size.misses and len(size.misses) == len(rival.misses):
+        differ = (int.from_bytes(size.misses) ^ int.from_bytes(rival.misses)).bit_count()
+        alike = alike or not differ
+        margin = (CERTAIN * sqrt(differ) + 1) / n if differ and n else 0.0
+    if size.exact or not (alike or margin):
+        return size.missing_high
+    return min(max(missing + (size.missing - rival.missing + margin), 0.0), 1.0)
+
+
+def _reading(size: Size, loop: Loop, missing: float, *, better: bool) -> Size:
+    """A size at the better or the worse end of what noise leaves open, and so much missing."""
     factor = (1 / CLOSE if better else CLOSE) if size.calls else 1.0
     p50_us, fit, often = size.p50_us, size.fit, size.often and not better
     if p50_us is not None and fit in (Fit.FITS, Fit.WITHOUT_TAIL, Fit.DOES_NOT_FIT):
@@ -243,21 +276,30 @@ def _reading(size: Size, loop: Loop, *, better: bool) -> Size:
             fit = Fit.DOES_NOT_FIT
         elif fit == Fit.DOES_NOT_FIT:
             fit = Fit.WITHOUT_TAIL
-    missing = size.missing_low if better else size.missing_high
     return replace(size, fit=fit, often=often, missing=missing, p50_us=None, cpu_us=factor * size.median_us)
 
 
 def possible_first(ranked: Sequence[Size], loop: Loop) -> Size | None:
     """The size that a longer run may put first in place of the first; None where the first is decided.
 
-    So it is where each other, at the better end of its medians, within CLOSE, and of what it misses, stays
-    behind the first with all the rest at the worse end.
+    So it is where each other, at the better end of its medians, within CLOSE, stays behind the first with all
+    the rest at the worse end; the rival misses what its interval holds, the others ``most_missing`` then.
     """
-    worse = [_reading(size, loop, better=False) for size in ranked]
-    for i, rival in enumerate(ranked[1:], 1):
-        read = [*worse[:i], _reading(rival, loop, better=True), *worse[i + 1 :]]
-        if rank_sizes(read, loop.period_us)[0] is read[i]:
-            return rival
+    for rival in ranked[1:]:
+        low, high = rival.missing_low, rival.missing_high
+        for missing in sorted({low, rival.missing, high, *(edge for edge in EDGES if low < edge < high)}):
+            best = _reading(rival, loop, missing, better=True)
+            worse = (
+                best
+                if size is rival
+                else _reading(size, loop, most_missing(size, rival, missing), better=False)
+                for size in ranked
+            )
+            first = next(worse)
+            if best.usefulness() > first.usefulness():  # so for most, and readings take time
+                continue
+            if rank_sizes([first, *worse], loop.period_us)[0] is best:
+                return rival
     return None
 
 
@@ -273,6 +315,7 @@ def worst_size(there: Mapping[str, Size]) -> Size:
     """Worst of one method's sizes in several places, by name: machines, or vehicles."""
     place, size = max(there.items(), key=lambda item: item[1].fit)
     every = there.values()
+    alike = len({s.misses for s in every}) == 1
     numbers: dict[str, Any] = {
         name: largest(map(attrgetter(name), every))
         for name in (
@@ -284,6 +327,8 @@ def worst_size(there: Mapping[str, Size]) -> Size:
         size,
         **numbers,
         reason=f"{place}: {size.reason}" if size.reason else "",
+        n_even=min(s.n_even for s in every),
+        misses=size.misses if alike else b"",
         exact=all(s.exact for s in every),
         refusal=max(every, key=lambda s: (s.refused, s.refusal)).refusal,
         p999_us=largest_of_all(s.p999_us for s in every),

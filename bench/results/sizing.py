@@ -8,7 +8,7 @@ from itertools import pairwise
 from math import inf, prod
 from statistics import fmean
 
-from bench.record import NO_VEHICLE, SERVED_WITHIN, Problem
+from bench.record import NO_VEHICLE, SERVED_WITHIN, Problem, Served
 from bench.record.file import CanaryError, CanaryFile
 from bench.results.columns import Row
 from bench.results.quantiles import (
@@ -24,7 +24,7 @@ from bench.results.quantiles import (
 )
 from bench.results.ranking import is_exact, is_right, largest_miss, objection
 from bench.results.refusals import MISSES, Refusal, refusal, refuses
-from bench.results.rows import Run
+from bench.results.rows import Run, served_count
 from bench.results.size import LATE_SHARE, Fit, Loop, Size, judge_times, rank_sizes
 
 
@@ -163,7 +163,7 @@ def sizes(run: Run, loop: Loop, transfer: Transfer | None = None, demands: str =
     pools = method_pools(run)
     if transfer or demands:
         groups = [[row for row in rows if demands in ("", row.demands)] for rows in sized_methods(run)]
-        pools = [pool_rows(run, rows, transfer) for rows in groups if rows]
+        pools = [pool_rows(run, rows, transfer, demands) for rows in groups if rows]
     return rank_sizes([pool.size(loop) for pool in pools], loop.period_us)
 
 
@@ -257,8 +257,12 @@ class Pool:
         return found
 
 
-def pool_rows(run: Run, rows: Sequence[Row], transfer: Transfer | None = None) -> Pool:
-    """The pool of one method's rows on all demand sets, or on some."""
+def pool_rows(run: Run, rows: Sequence[Row], transfer: Transfer | None = None, demands: str = "") -> Pool:
+    """The pool of one method's rows on all demand sets, or on one of that name.
+
+    What a method misses of all sets that were drawn is counted on the demands drawn evenly, which are the
+    most, and the same for each method.
+    """
     first, asked = rows[0], run.problem_by_set
     problem = asked.get((first.vehicle, first.demands))
     size = Size(
@@ -285,8 +289,10 @@ def pool_rows(run: Run, rows: Sequence[Row], transfer: Transfer | None = None) -
     moving = any(p.moving and p.given for p in known) or (bool(known) and all(p.moving for p in known))
     refusals = [refusal(row, each) for row, each in zip(rows, problems, strict=True)]
     said = max((each for each in refusals if each.words), default=Refusal(0.0, "", unanswered=False))
-    missing, n = missing_share(rows), round(sum(row.measured.attainable * row.n_demands for row in rows))
-    exact = is_exact_everywhere(rows)
+    exact, count = is_exact_everywhere(rows), None if demands else served_count(run, first)
+    if count and count.sample and count.sample.missed_max >= 1:
+        said = max(said, Refusal(1.0, MISSES[0], unanswered=True))
+    missing, n, n_even = missing_share(rows, problems, count)
     # What is exact misses none of more demands either; another that missed none of so few may.
     _, low, high = share(round(missing * n), n) if n and not exact else (0.0, missing, missing)
     size = replace(
@@ -295,7 +301,10 @@ def pool_rows(run: Run, rows: Sequence[Row], transfer: Transfer | None = None) -
         missing=missing,
         missing_low=low,
         missing_high=high,
-        unanswered=any(each.unanswered for each in refusals)
+        n_even=n_even,
+        misses=count.missed if count else b"",
+        unanswered=said.unanswered
+        or any(each.unanswered for each in refusals)
         or (first.unlimited and any(row.limits_violated_share for row in rows)),
         refused=said.share,
         refusal=said.words,
@@ -327,17 +336,38 @@ def is_exact_everywhere(rows: Sequence[Row]) -> bool:
     return all(is_exact(row) for row in asked) and any(is_exact(row) for row in rows)
 
 
-def missing_share(rows: Sequence[Row]) -> float:
-    """The share of the demands that can be met of which more than SERVED_WITHIN is left out, a mean of sets.
+def missing_share(
+    rows: Sequence[Row], problems: Sequence[Problem | None], count: Served | None
+) -> tuple[float, int, int]:
+    """The share of demands that can be met of which more than SERVED_WITHIN is left out, a mean of sets.
 
-    0 where none is. What is delivered within SERVED_WITHIN counts demands just beyond the limits too, and
-    these may hide one that is left out: where any is, the share is SERVED_WITHIN at least.
+    Given a ``count`` of demands drawn evenly, it stands for all sets but logs and missions. Of other sets the
+    share is 0 where none is left out. What is delivered within SERVED_WITHIN counts demands just beyond the
+    limits too, and these may hide one that is left out: where any is, the share is SERVED_WITHIN at least.
+
+    Returns
+    -------
+    share : what is left out [-]
+    n : demands that it is a share of
+    n_even : the same where ``count`` alone says it, else 0
     """
-    if (largest_miss(rows) or 0.0) <= SERVED_WITHIN:
-        return 0.0
-    known = [(row.within_1pct_share, row.measured.attainable) for row in rows]
+    pairs = zip(rows, problems, strict=True)
+    own = [row for row, problem in pairs if not (count and problem and is_random(problem))]
+    known = [(row.within_1pct_share, row.measured.attainable) for row in own]
     served = [min(within / can, 1.0) for within, can in known if within is not None and can > 0]
-    return max(1.0 - fmean(served), SERVED_WITHIN) if served else 1.0
+    n = round(sum(row.measured.attainable * row.n_demands for row in own))
+    least = SERVED_WITHIN if (largest_miss(own) or 0.0) > SERVED_WITHIN else 0.0
+    if count and len(own) < len(rows):
+        served, n = [*served, count.within_1pct / count.n_demands], n + count.n_demands
+    elif not least:
+        return 0.0, n, 0
+    missing = max(1.0 - fmean(served), least) if served else 1.0
+    return missing, n, 0 if own or not count else count.n_demands
+
+
+def is_random(problem: Problem) -> bool:
+    """True if demands were drawn at random: they are no log's, and of no mission."""
+    return not problem.given and problem.rate_hz is None
 
 
 def _times(factor: float, us: float | None) -> float | None:

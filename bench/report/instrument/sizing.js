@@ -38,8 +38,8 @@ function sizeOf(machine, method, loop, demands) {
 function counted(machine, size, loop) {
   const [low, high] = (size.data.cpi ?? machine.cpi).map((cycles) => ((size.instructions * cycles) / loop.clock) * loop.rate);
   const fit = high <= loop.budget ? FITS : low <= loop.budget ? MAY_FIT : DOES_NOT_FIT;
-  size.fit = size.wrong || (size.missed && fit !== DOES_NOT_FIT) ? UNKNOWN : fit;
-  size.reason = size.wrong || (size.missed ? `not counted: ${size.missed}` : `${three(100 * low)} to ${three(100 * high)} % by its instructions`);
+  size.fit = size.wrong || (size.misses && fit !== DOES_NOT_FIT) ? UNKNOWN : fit;
+  size.reason = size.wrong || (size.misses ? `not counted: ${size.misses}` : `${three(100 * low)} to ${three(100 * high)} % by its instructions`);
   size.usefulness = size.data.usefulness[size.fit];
   size.p50 = size.cpu = high * loop.period;
   size.up_to = (loop.budget * 1e6) / size.p50;
@@ -66,23 +66,42 @@ function ordered(sizes, loop) {
   return found;
 }
 
-// Whether a longer run may put another first: _reading and possible_first of bench/results/size.py.
-function reading(size, loop, better) {
-  const factor = size.calls ? (better ? 1 / data.close : data.close) : 1, missing = size.missing[better ? 0 : 1];
+// Whether a longer run may put another first: possible_first of bench/results/size.py and what it calls.
+const tenths = (missing) => data.edges.filter((edge) => missing > edge).length;
+const ONES = [0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4]; // bits of a digit of 16
+
+function mostMissing(size, rival, missing) {
+  const n = Math.min(size.n_even, rival.n_even), [, own, high] = size.missing, its = rival.missing[1];
+  let equal = own === 0 && its === 0, margin = 0;
+  if (size.misses && size.misses.length === rival.misses.length) {
+    const differ = sum([...size.misses].map((digit, i) => ONES[Number.parseInt(digit, 16) ^ Number.parseInt(rival.misses[i], 16)]));
+    equal ||= !differ;
+    margin = differ && n ? (data.certain * Math.sqrt(differ) + 1) / n : 0;
+  }
+  return size.exact || !(equal || margin) ? high : Math.min(Math.max(missing + (own - its + margin), 0), 1);
+}
+
+function reading(size, loop, missing, better) {
+  const factor = size.calls ? (better ? 1 / data.close : data.close) : 1;
   let fit = size.fit;
   if (size.p50 !== null && [FITS, WITHOUT_TAIL, DOES_NOT_FIT].includes(fit)) {
     if (factor * size.p50 > loop.limit) fit = DOES_NOT_FIT;
     else if (fit === DOES_NOT_FIT) fit = WITHOUT_TAIL;
   }
   const [, gap, inexact, , tail] = size.usefulness, late = fit > WITHOUT_TAIL ? fit - 1 : better || size.fit > WITHOUT_TAIL ? 0 : tail;
-  return { ...size, p50: null, cpu: factor * median(size), usefulness: [Number(fit > MAY_FIT), gap, inexact, Math.ceil(10 * missing), late], precedence: [...size.precedence.slice(0, -1), missing] };
+  return { ...size, p50: null, cpu: factor * median(size), usefulness: [Number(fit > MAY_FIT), gap, inexact, tenths(missing), late], precedence: [...size.precedence.slice(0, -1), missing] };
 }
 
 function possibleFirst(sizes, loop) {
-  const worse = sizes.map((size) => reading(size, loop, false));
-  const comesFirst = (rival) =>
-    ordered(sizes.map((size, i) => (size === rival ? reading(size, loop, true) : worse[i])), loop)[0].label === rival.label;
-  return sizes.slice(1).find(comesFirst);
+  const comesFirst = (rival, missing) => {
+    const best = reading(rival, loop, missing, true), worse = (size) => reading(size, loop, mostMissing(size, rival, missing), false);
+    if (byNumbers(best.usefulness, worse(sizes[0]).usefulness) > 0) return false; // so for most, and the rest takes time
+    return ordered(sizes.map((size) => (size === rival ? best : worse(size))), loop)[0] === best;
+  };
+  return sizes.slice(1).find((rival) => {
+    const [low, , high] = rival.missing, between = data.edges.filter((edge) => low < edge && edge < high);
+    return [...rival.missing, ...between].some((missing) => comesFirst(rival, missing));
+  });
 }
 
 function bestOfEach(sizes) {
@@ -103,7 +122,7 @@ function onAll(byMachine, loop) {
     const largest = ["refused", "gap", "p50", "cpu", "max", "bound", "memory_MB", "lost"].map((key) => [key, most(there.map((size) => size[key]))]);
     found.push({
       ...unfit, ...Object.fromEntries(largest), there, reason: unfit.reason ? `${unfit.machine}: ${unfit.reason}` : "", exact: there.every((size) => size.exact), picky: there.some((size) => size.picky), refusal: refusing.refusal,
-      usefulness: worst(there.map((size) => size.usefulness)), precedence: worst(there.map((size) => size.precedence)), missing: worst(there.map((size) => size.missing)),
+      usefulness: worst(there.map((size) => size.usefulness)), precedence: worst(there.map((size) => size.precedence)), missing: worst(there.map((size) => size.missing)), n_even: Math.min(...there.map((size) => size.n_even)), misses: there.every((size) => size.misses === unfit.misses) ? unfit.misses : "",
       p999: tails.includes(null) ? null : most(tails), late: sum(there.map((size) => size.late)), calls: sum(there.map((size) => size.calls)),
       up_to: rates.length ? Math.min(...rates) : null, served: there.map((size) => size.served).find(Boolean) ?? "",
     });

@@ -50,6 +50,14 @@ def test_clipping_serves_the_exact_share_of_the_closed_form_and_little_more():
     assert clip.within_1pct <= clip.within_5pct <= 2000
 
 
+def test_each_demand_that_is_missed_has_its_bit():
+    clip, shrink = (served(UKWIAL, method, n=100) for method in ("clip", "shrink"))
+    bits = [np.unpackbits(np.frombuffer(s.missed, np.uint8), count=100) for s in (clip, shrink)]
+    assert [100 - int(own.sum()) for own in bits] == [clip.within_1pct, shrink.within_1pct]
+    assert (bits[0] <= bits[1]).all()  # what fits unclipped is met by both
+    assert bits[0].any()
+
+
 @pytest.mark.parametrize("method", ["nullspace", "scaled"])
 def test_exact_methods_serve_every_attainable_demand(method: str):
     assert served(SIX, method, n=500).within_1pct == 500

@@ -304,6 +304,27 @@ def test_on_several_machines_the_page_says_how_many_methods_not_all_of_them_meas
         assert bool(text) == bool(said)
 
 
+def test_the_page_leaves_a_choice_of_rules_open_where_size_does(tmp_path: Path, opened: Any) -> None:
+    """Rules that miss some of the same demands, compared demand by demand by two programs."""
+    rng, made = np.random.default_rng(7), [made_up.header()]
+    for vehicle in (names := [f"v{i}" for i in range(8)]):
+        base, served = rng.random(200) < rng.choice([0.0, 0.02, 0.3, 0.6]), []
+        for method in ("clip", "shrink", "priority"):
+            missed = base ^ (rng.random(200) < rng.choice([0.0, 0.03]))
+            bits = {"missed": np.packbits(missed).tobytes()}
+            served.append(made_up.served(method, int(200 - missed.sum()), 200, **bits))
+            rule = made_up.cell(method, key=Key(vehicle, "active", method), formulation=method)
+            made.append(replace(rule, worst_case_steps=int(rng.integers(1, 3)) % 2 or None))
+        made += [problem(vehicle, "active"), made_up.capability(vehicle, served=served)]
+    made_up.record(tmp_path, *made)
+    said = []
+    for vehicle in names:
+        open_report(opened, tmp_path, choice=f"vehicle={vehicle}&rate=100&budget=10")
+        said.append(printed(str(tmp_path), "--rate", "100", "--vehicle", vehicle).splitlines()[0])
+        assert opened.inner_text("#verdict") == said[-1]
+    assert 2 < sum("not decided by so few" in text for text in said) < 7
+
+
 def test_an_emulated_processor_is_sized_at_the_clock_that_is_given(runs: list[Path], opened: Any) -> None:
     """150 instructions of at most 4 cycles at 6 MHz take 100 µs: 1 % of 10 ms, and 10 % of 1 ms."""
     for rate, verdict in ((100, "fits"), (1000, "fits"), (1001, "may fit")):

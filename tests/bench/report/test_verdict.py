@@ -4,12 +4,13 @@ import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 from msgspec.structs import replace
 
 from bench.__main__ import cli
-from bench.record import Cell, Judged, Key, Method, Problem, Quiet
+from bench.record import Capability, Cell, Judged, Key, Method, Problem, Quiet
 from bench.report import together
 from bench.report.sections.headline import opening
 from bench.report.verdict import log_rate_hz, rank_notes, rate_note, trust_note, usual_verdicts, verdicts
@@ -23,7 +24,7 @@ from tests.bench.results.test_sizing import steady
 GENERATED = Method(name="nullspace@native", twin="nullspace", formulation="hard", foreign=True)
 
 
-def said(directory: Path, rate_hz: float, *lines: Cell | Method | Problem) -> str:
+def said(directory: Path, rate_hz: float, *lines: Capability | Cell | Method | Problem) -> str:
     """The sentence on the one vehicle of a record."""
     run = made_up.run(directory, *lines)
     loop = Loop(rate_hz)
@@ -106,6 +107,36 @@ def test_a_rule_that_missed_none_of_few_demands_is_no_sure_choice(
     text = said(tmp_path, 100, made_up.problem("ukwial"), *cells)
     assert text.startswith("ukwial at 100 Hz: take clip;")
     assert (OPEN.format("mine") in text) == is_open
+
+
+@pytest.mark.parametrize(
+    ("missed", "others", "more", "is_open"),
+    [
+        (0, 0, 0, False),  # both miss none
+        (600, 0, 0, False),  # both miss the same, at the very edge of a tenth
+        (610, 12, 0, True),  # either misses 12 that the other meets, or fewer of ten times as many
+        (610, 12, 12, True),  # the other misses 24 that the first meets, who misses 12 of its own
+        (610, 0, 6, False),  # one misses six more, and none less: McNemar's p is 0.03
+        (610, 0, 5, True),  # five: 0.06
+    ],
+)
+def test_rules_are_compared_demand_by_demand(
+    missed: int, others: int, more: int, is_open: bool, tmp_path: Path
+) -> None:
+    """A rule and its library's form, which answer alike, each left the other's choice open."""
+    cells, served = [], []
+    for method, start, end in (("clip", 0, missed), ("shrink", others, others + missed + more)):
+        bits = np.packbits([start <= i < end for i in range(2000)]).tobytes()
+        served.append(made_up.served(method, 2000 - end + start, 2000, missed=bits))
+        # Of so few timed demands one seems to miss more: that decides nothing.
+        cell = steady(method, 2, exact=False)
+        cells.append(made_up.judge(cell, missed_max=0.5, loss={"within_1pct_share": 0.5 + start / 1000}))
+        cells[-1].formulation, cells[-1].n_demands = method, 20
+    lines = (made_up.problem("ukwial"), made_up.capability(served=served), *cells)
+    text = said(tmp_path, 100, *lines)
+    assert text.startswith("ukwial at 100 Hz: take clip;")
+    assert (OPEN.format("shrink") in text) == is_open
+    assert "shrink would do too" in text
 
 
 @pytest.mark.parametrize(("us", "is_open"), [(600, False), (700, True), (1400, True), (1600, False)])

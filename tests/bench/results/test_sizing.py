@@ -8,7 +8,7 @@ from click.testing import CliRunner
 from msgspec.structs import replace
 
 from bench.commands.size import command
-from bench.record import Batch, Cell, Judged, Key, Method
+from bench.record import Batch, Cell, Judged, Key, Loss, Method
 from bench.record.file import CanaryError, CanaryFile, read_canary
 from bench.results.ranking import served_share
 from bench.results.rows import Run, read_run
@@ -276,6 +276,39 @@ def test_of_rules_as_quick_the_one_that_misses_less_comes_first(tmp_path: Path) 
         ("clip", pytest.approx(0.04), 1),
         ("shrink", pytest.approx(0.09), 1),
     ]
+
+
+@pytest.mark.parametrize("method", ["clip", "clip@native", "clip@library"])
+def test_what_is_missed_is_counted_on_the_demands_drawn_evenly_for_each_form_of_a_rule(
+    method: str, tmp_path: Path
+) -> None:
+    """A rule missed none of 50 timed demands, and of 500 all of one that can be met."""
+    foreign = {"formulation": "clip", "foreign": method != "clip"}
+    described = Method(name=method, twin="clip" if method == "clip@native" else "", **foreign)
+    lines = [described, *([Method(name="clip", formulation="clip")] if foreign["foreign"] else [])]
+    found = {}
+    for worst in (0.5, 1.0):
+        loss = Loss(n_demands=2000, n_answers=2000, missed_max=worst, turned_max_deg=None)
+        can = made_up.capability(served=[made_up.served("clip", 1500, 2000, sample=loss)])
+        cell = made_up.judge(steady(method, 1, exact=False), missed_max=0.0, loss={"within_1pct_share": 1.0})
+        (size,) = sizes(made_up.run(tmp_path, *lines, made_up.problem("ukwial"), can, cell), HUNDRED_HZ)
+        found[worst] = (size.missing, size.n_even, size.refused, size.refusal)
+    assert found == {
+        0.5: (0.25, 2000, 0.0, ""),
+        1.0: (0.25, 2000, 1.0, "some of what can be met"),
+    }
+
+
+def test_what_a_log_asks_counts_beside_what_is_drawn_evenly(tmp_path: Path) -> None:
+    can = made_up.capability(served=[made_up.served("clip", 1500, 2000)])
+    judged = {"missed_max": 0.5, "loss": {"within_1pct_share": 0.65}}
+    cell = made_up.judge(steady("clip", 1, exact=False), **judged)
+    dive = replace(made_up.problem("ukwial"), demands="dive", given=True)
+    sets = (made_up.problem("ukwial"), dive, can, cell, made_up.rename(cell, demands="dive"))
+    (both,) = sizes(made_up.run(tmp_path, *sets), HUNDRED_HZ)
+    (log,) = sizes(made_up.run(tmp_path, *sets), HUNDRED_HZ, demands="dive")
+    assert (both.missing, both.n_even) == (pytest.approx(0.3), 0)
+    assert (log.missing, log.n_even) == (pytest.approx(0.35), 0)
 
 
 def test_repeats_within_noise_that_put_others_first_all_say_that_it_is_open() -> None:
