@@ -1,7 +1,9 @@
 """First and second choice of a quick run and of one that asks ten times as many demands.
 
-``python docs/studies/choices.py [VEHICLES [FIRST]]`` asks each method in this process, on all shipped
-vehicles and on numbered generated ones from FIRST on, and prints each vehicle where the choices differ.
+``python docs/studies/choices.py [VEHICLES [FIRST]]`` asks each method on all shipped vehicles and on numbered
+generated ones from FIRST on, prints each vehicle where the choices differ and that is not said, and a table.
+A process per core takes about 20 minutes for 200 of them on one core. The longer run also draws other demands
+evenly from what the vehicle can do: no choice may hang on which these were.
 Times are not measured: each method takes what it takes in the record of ``results``, so noise of clocks has
 no part. Generated C answers as its twin in Python does, which is asked in its place.
 
@@ -14,6 +16,7 @@ with times that differ by noise: where first choices differ, each repeat must sa
 import sys
 from collections import Counter
 from collections.abc import Container, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
 from dataclasses import replace as replace_size
 from functools import cache
@@ -34,7 +37,7 @@ from bench.demands.store import Case
 from bench.demands.strong import strong_vehicle
 from bench.harness.lines import method_line, new_header, problem
 from bench.harness.plan import DEFAULT_DEMANDS, quick
-from bench.judging.capability import N_DEMANDS
+from bench.judging.capability import N_DEMANDS, worst_loss
 from bench.judging.judge import judge
 from bench.judging.loss import relative_wrench_error
 from bench.judging.question import Answers, Question, Unanswered, questions, read_promises
@@ -44,6 +47,7 @@ from bench.report.verdict import USUAL, second_choice, spoken_name
 from bench.results.rows import Run, gather, read_run
 from bench.results.size import CLOSE, Fit, Size, best_of_each, possible_first, rank_sizes
 from bench.results.sizing import sizes
+from bench.results.text import table
 
 RECORD = Path(__file__).parents[2] / "results" / "amd-epyc-2-cores"
 SOLVERS = ("qp/daqp", "qp/quadprog")
@@ -98,14 +102,12 @@ def answer(method: str, case: Case) -> Answers | Unanswered:
         allocate = prepare(find(method), case.vehicle)
     except AllocError as error:
         return Unanswered("refused", str(error))
-    limits = [side for side in (case.f_min, case.f_max) if side is not None]
-    found = [allocate(*call) for call in zip(case.taus, *limits, strict=True)]
-    return Answers(np.array([each.f for each in found]), np.array([each.status for each in found]))
+    return Answers(*allocate.many(case.taus, f_min=case.f_min, f_max=case.f_max))
 
 
-def served(vehicle: Vehicle) -> Capability:
+def served(vehicle: Vehicle, seed: int) -> Capability:
     """Number of the demands drawn evenly that each method in Python serves, as a run counts them."""
-    taus = uniform_demands(strong_vehicle(vehicle), np.random.default_rng(0), N_DEMANDS)
+    taus = uniform_demands(strong_vehicle(vehicle), np.random.default_rng(seed), N_DEMANDS)
     found = []
     for entry in entries():
         reply = Unanswered("", "") if entry.foreign else answer(entry.name, Case(vehicle, taus))
@@ -119,6 +121,8 @@ def served(vehicle: Vehicle) -> Capability:
                     n_demands=len(taus),
                     within_1pct=counts[0],
                     within_5pct=counts[1],
+                    sample=worst_loss(vehicle, taus, reply.F),
+                    missed=np.packbits(~(error <= SERVED_WITHIN)).tobytes(),
                 )
             )
     return Capability(
@@ -198,25 +202,30 @@ def choice(own: Sequence[Size]) -> Choice:
 
 
 def main(count: int, first: int) -> None:
-    """Compare the choices, a line for each that differs unsaid; the counts at the end, or on Ctrl-C."""
-    vehicles = [load_vehicle(name) for name in list_vehicles()]
-    vehicles += [generate_vehicle(number)[0] for number in range(first, first + count)]
-    seen: Counter[str] = Counter()
-    with suppress(KeyboardInterrupt):
-        for i, vehicle in enumerate(vehicles):
-            try:
-                found = compared(vehicle)
-            except (AllocError, IndexError) as error:  # a vehicle without demands has no size
-                seen["vehicles left out"] += 1
-                print(f"{i}: left out: {error}", flush=True)
+    """Compare the choices, a line for each that differs unsaid; a table at the end, or on Ctrl-C."""
+    named: list[str | int] = [*list_vehicles(), *range(first, first + count)]
+    seen: dict[str, Counter[str]] = {"of all methods": Counter(), "with the best left out": Counter()}
+    compared_vehicles = 0
+    with ProcessPoolExecutor() as pool, suppress(KeyboardInterrupt):
+        for name, found in zip(named, pool.map(compared_or_not, named), strict=True):
+            if isinstance(found, str):
+                print(f"{name}: left out: {found}", flush=True)
                 continue
-            seen["vehicles"] += 1
+            compared_vehicles += 1
             for turn, pair in enumerate(found):
-                where = "of all" if turn == 0 else "without the best"
-                seen.update(f"{where}: {what}" for what in verdict(pair))
-                if (pair.short[:2] != pair.long[:2] and not pair.short.open) or pair.unsaid:
-                    print(f"{i}, {vehicle.name}, without {turn}: {pair}", flush=True)
-    print("\n".join(f"{what}: {number}" for what, number in sorted(seen.items())))
+                seen[list(seen)[min(turn, 1)]].update(verdict(pair))
+                if unsaid(pair) or pair.unsaid:
+                    print(f"{name}, without {turn}: {pair}", flush=True)
+    rows = [[what, *(f"{own[what]:,}" for own in seen.values())] for what in FACTS]
+    print(f"\n{compared_vehicles} vehicles\n\n{table(['', *seen], rows)}")
+
+
+def compared_or_not(name: str | int) -> "list[Pair] | str":
+    """Choices on a shipped or a generated vehicle; the reason where it has none."""
+    try:
+        return compared(load_vehicle(name) if isinstance(name, str) else generate_vehicle(name)[0])
+    except (AllocError, IndexError) as error:  # a vehicle without demands has no size
+        return f"no choice ({error})"
 
 
 class Pair(NamedTuple):
@@ -235,25 +244,40 @@ class Pair(NamedTuple):
     unsaid: int
 
 
+FACTS = (
+    *("choices", "first agrees", "first and second agree", "said to be open"),
+    *("said to be open, and one differs", "one differs, and not said"),
+    *("first of repeats differs, and all say so", "first of repeats differs, and not all say so"),
+)
+"""Facts that are counted."""
+
+
 def verdict(pair: Pair) -> Iterator[str]:
-    """Facts about a pair, each counted."""
+    """Facts about a pair, each one of FACTS."""
     short, long = pair.short, pair.long
     yield "choices"
-    for name in ("first", "second"):
-        if getattr(short, name) == getattr(long, name):
-            yield f"{name} agrees"
-        else:
-            yield f"{name} differs, {'said to be open' if short.open else 'and not said'}"
+    if short.first == long.first:
+        yield "first agrees"
+    if short[:2] == long[:2]:
+        yield "first and second agree"
     if short.open:
         yield "said to be open"
+        if short[:2] != long[:2]:
+            yield "said to be open, and one differs"
+    if unsaid(pair):
+        yield "one differs, and not said"
     if pair.repeats > 1:
-        yield f"repeats differ, {'and not all say so' if pair.unsaid else 'and all say so'}"
+        yield f"first of repeats differs, and {'not all say so' if pair.unsaid else 'all say so'}"
+
+
+def unsaid(pair: Pair) -> bool:
+    """True if a quick run's choices are others than a long one's, and it does not say so."""
+    return pair.short[:2] != pair.long[:2] and not pair.short.open
 
 
 def compared(vehicle: Vehicle) -> list[Pair]:
     """Choices of a quick run on a vehicle and of one with TENFOLD its demands, of fewer and fewer methods."""
-    capability = served(vehicle)
-    short, long = (made_run(vehicle, capability, n) for n in (N, TENFOLD * N))
+    short, long = (made_run(vehicle, served(vehicle, n), n) for n in (N, TENFOLD * N))
     left_out: set[str] = set()
     pairs: list[Pair] = []
     while (own := best_sizes(long, left_out)) and own[0].fit <= Fit.MAY_FIT and own[0].refused < 1:

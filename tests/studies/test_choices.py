@@ -23,7 +23,7 @@ def test_choices_come_of_answers_alone_and_are_those_of_a_longer_run(monkeypatch
 
 def test_generated_c_is_judged_as_its_twin_and_timed_on_its_own() -> None:
     vehicle = load_vehicle("ukwial")
-    run = choices.made_run(vehicle, choices.served(vehicle), 4)
+    run = choices.made_run(vehicle, choices.served(vehicle, 0), 4)
     rows = {(row.method, row.demands): row for row in run.rows}
     for (method, demands), row in rows.items():
         twin = rows.get((method.removesuffix("@native"), demands))
