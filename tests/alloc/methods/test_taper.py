@@ -1,6 +1,8 @@
 """Between weak and strong a direction counts in part: no share has a step in sigma, in Python and in C."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -134,6 +136,69 @@ def test_c_for_all_faults_mixes_where_a_failure_makes_a_direction_count_in_part(
     own = [np.tile(side, (len(taus), 1)) for side in (degraded.f_min, degraded.f_max)]
     got = evaluate(at_fault(made[5], 5) if made[5].faults else made[5], taus, *own)
     np.testing.assert_allclose(got.F, build("scaled", degraded).many(taus)[0], atol=1e-8 * vehicle.f_scale)
+
+
+Answered = tuple[FloatArray, FloatArray]
+"""Thrusts (N, n) and shares (N, L); of ``many`` no shares."""
+
+
+def called(method: str, vehicle: Vehicle, taus: FloatArray) -> Answered:
+    answers = [build(method, vehicle)(tau) for tau in taus]
+    return np.array([one.f for one in answers]), np.array([one.share for one in answers])
+
+
+def together(method: str, vehicle: Vehicle, taus: FloatArray) -> Answered:
+    F, _ = build(method, vehicle).many(taus)
+    return F, np.zeros((len(taus), 0))
+
+
+def in_c(method: str, vehicle: Vehicle, taus: FloatArray, scalar: Scalar) -> Answered:
+    target = Target(vehicle=vehicle, method=recipe(method), scalar=scalar, faults="none")
+    got = evaluate(target.programs[-1], taus)
+    return got.F, got.share
+
+
+def by_library(method: str, vehicle: Vehicle, taus: FloatArray) -> Answered:
+    return called(f"{method}@library", vehicle, taus)
+
+
+FORMS: dict[str, tuple[Callable[[str, Vehicle, FloatArray], Answered], float]] = {
+    "call": (called, 0.0),
+    "many": (together, 1e-9),
+    "double": (partial(in_c, scalar="double"), 1e-8),
+    "float": (partial(in_c, scalar="float"), 2e-3),
+    "library": (by_library, 1e-7),
+}
+"""The forms of a method, and how far each may be from Python's call: of a share, and of the largest limit."""
+
+
+@names
+@pytest.mark.parametrize("method", WITH_SHARE)
+def test_all_forms_give_one_answer_that_a_survey_moves_by_no_more_than_its_noise(
+    name: str, method: str
+) -> None:
+    """From 2 to 4 epsilon w goes from 0 to 1: shares change by no more than w, thrusts by that of a width.
+
+    A survey's noise moves sigma by epsilon, and w by half: no share differs by more than half of the noise.
+    """
+    found, before = surveyed(name), dict[str, Answered]()
+    taus = demands(found, 5)
+    ratios = np.array([1.9, 1.99, 2.01, 2.5, 3.2, 3.99, 4.01, 4.2])
+    w = np.clip(ratios / WEAK - 1.0, 0.0, 1.0)
+    left_out = {"library"} if missing() or method == "scaled-by-group" else set()
+    for i, ratio in enumerate(ratios.tolist()):
+        vehicle = at(found, ratio)
+        for form in (form for form in FORMS if form not in left_out):
+            answer, error = FORMS[form]
+            F, share = answer(method, vehicle, taus)
+            for ours, theirs, width in zip(
+                (F, share), before.get(form, ()), (2 * vehicle.f_scale, 1.0), strict=False
+            ):
+                assert np.abs(ours - theirs).max(initial=0.0) <= width * (w[i] - w[i - 1] + 2 * error + 1e-9)
+            before[form] = F, share
+            for ours, theirs, width in zip((F, share), before["call"], (vehicle.f_scale, 1.0), strict=True):
+                if ours.size:
+                    assert np.abs(ours - theirs).max() <= width * error, (form, ratio)
 
 
 def coupled(times: float) -> Vehicle:
