@@ -9,6 +9,8 @@ from alloc.vehicle.geometry import DOF
 from alloc.vehicle.names import axis_levels
 from alloc.vehicle.weak import six_rows
 
+NEVER = 1e-30
+"""Limit of sigma / sigma_max for a file's ``weak: 0``: nothing is weak by it; in C 0 means by the survey."""
 FORMS: tuple[Where, ...] = ("fixed", "call")
 
 
@@ -56,7 +58,8 @@ def adapter(vehicle: Vehicle, method: str, scalar: Scalar = "double") -> dict[st
     strong = ""
     if surveyed:
         strong = "    status = status ? status : tb_strong(allocator, 0, &own_survey);\n"
-        tolerances = (survey.mm, survey.deg, survey.relative or 0.0, vehicle.weak_limit or 0.0)
+        limit = max(vehicle.weak_limit, NEVER) if vehicle.weak_limit is not None else 0.0
+        tolerances = (survey.mm, survey.deg, survey.relative or 0.0, limit)
         axes = ", ".join(str(DOF.index(axis)) for axis in vehicle.dof)
         numbers += f"""
 static const int own_axis[{vehicle.k}] = {{{axes}}};

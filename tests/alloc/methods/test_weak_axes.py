@@ -220,6 +220,16 @@ def test_compiled_allocators_count_a_short_row_by_the_same_length(form: str) -> 
     compare(vehicle, form, taus)
 
 
+@pytest.mark.skipif(bool(missing()), reason=missing() or "-")
+@pytest.mark.parametrize("off", [4, 5])
+def test_the_library_leaves_out_nothing_that_a_vehicle_keeps(off: int) -> None:
+    """A failure that takes a direction made ``weak: 0`` the survey's, and pitch was left out."""
+    vehicle = replace(load_vehicle(Path("docs/vehicles/bluerov2-surveyed.yaml")), weak_limit=0.0)
+    degraded = replace(vehicle, name="bluerov2-whole").with_fault(off)
+    assert degraded.rank < degraded.k
+    compare(degraded, "library", [[30, 0, 0, 0, 0, 0], [0, 0, 20, 0, 0, 0]])
+
+
 def compare(vehicle: Vehicle, form: str, taus: Iterable[ArrayLike]) -> None:
     """Assert that a compiled ``scaled`` answers each demand as Python's does."""
     ours, theirs = build("scaled", vehicle), build(f"scaled@{form}", vehicle)
