@@ -106,8 +106,9 @@ int tb_prepare(struct tb_allocator *a, int k, int n, const tb_real *T, const tb_
 
 /* The same vehicle with the thrusters off whose bits are set in `mask` (1UL << i, i from 0 to n - 1), beside those that
  * tb_prepare was told are off; 0 brings all others back. Returns and is bounded as tb_prepare, or TB_NO_SUCH_FAULT for
- * a bit of no thruster; then too calls answer TB_BAD_ARGUMENT. To change vehicles under a running loop, copy, change
- * the copy, and swap pointers. */
+ * a bit of no thruster; then too calls answer TB_BAD_ARGUMENT. It knows no survey: a direction counts wholly, as by a
+ * file's `weak: 0`, or not at all where no thruster pushes it. To change vehicles under a running loop, copy, change the
+ * copy, and swap pointers. */
 int tb_without(struct tb_allocator *a, unsigned long mask);
 
 /* How well a vehicle's geometry is known. A direction is weak where thrusters do no more along it than twice what errors
@@ -134,7 +135,8 @@ struct tb_survey {
  * tb_nullspace too, and say TB_SOLVED where that is made. From twice its error to four times a direction counts by a share
  * w from 0 to 1 in tb_scaled and tb_priority, so that nothing steps: their answer is f0 + w (f1 - f0), of an allocator
  * without the direction and of this one, TB_SOLVED where both are. Each such direction takes one of the `room` allocators
- * and the time of one more call; beyond the room, and in other calls, it counts wholly. Copy and swap all of the array.
+ * and the time of one more call, the least one first; beyond the room, and in other calls, it counts wholly from twice
+ * its error on, and answers step there. Copy and swap all of the array.
  * Returns and is bounded as tb_prepare, once for each allocator; TB_BAD_ARGUMENT for a survey that is none, and for one
  * that could make all of the whole vehicle of nothing. */
 int tb_strong(struct tb_allocator *a, unsigned long mask, const struct tb_survey *survey);

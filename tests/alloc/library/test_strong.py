@@ -101,6 +101,22 @@ def test_without_a_survey_and_without_weak_directions_it_is_tb_without() -> None
     assert one("scaled", np.zeros(6))[0] == -3
 
 
+def test_tb_without_counts_what_a_survey_calls_weak_wholly_and_no_room_steps() -> None:
+    vehicle = surveyed("bluerov2-heavy")
+    library, (survey, _kept) = Allocator(vehicle), survey_of(vehicle)
+    never = replace(vehicle, weak_limit=0.0)
+    for off in ((4, 5), (0, 3)):
+        assert len(fail_thrusters(vehicle, off).weak) == 1
+        assert library.without(*off) == 0
+        compare(never, off, library, "scaled", wrenches=True)
+    degraded, survey.room = fail_thrusters(vehicle, (4, 5)), 0
+    sigma = degraded.directions.sigma[-1] / degraded.directions.sigma[0]
+    for limit, like in ((1.001 * sigma, vehicle), (0.999 * sigma, never)):  # a step, where there is no room
+        survey.weak = limit
+        assert library.strong(survey, 4, 5) == 0
+        compare(replace(like, weak_limit=1.1 * sigma if like is vehicle else 0.0), (4, 5), library, "scaled")
+
+
 @pytest.mark.parametrize(
     ("key", "value"),
     [("mm", -1.0), ("deg", np.nan), ("relative", np.inf), ("weak", 0.6), ("T", None), ("axis", None)],
