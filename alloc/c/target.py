@@ -64,8 +64,8 @@ class Recipe:
     def check_single(self, vehicle: Vehicle) -> None:
         """Raise NotApplicable where single precision loses too much of a wrench that answers are held to."""
         with_way = find_formulation(self.formulation).way
-        for subject in [one for _, one in vehicle.mixture] if with_way else [vehicle]:
-            check_single(subject)
+        for w, subject in vehicle.mixture if with_way else ((1.0, vehicle),):
+            check_single(subject, w)
 
     def levels(self, vehicle: Vehicle) -> int:
         """Number of shares that the C function writes behind f."""

@@ -40,15 +40,17 @@ def computed_error_limit(vehicle: Vehicle, scalar: Scalar) -> float:
     return WRENCH_ERROR[scalar] - hidden
 
 
-def check_single(vehicle: Vehicle) -> None:
+def check_single(vehicle: Vehicle, w: float = 1.0) -> None:
     """Raise NotApplicable where single precision costs the wrench more than a quarter of WRENCH_ERROR.
 
     Rounding a wrench by SINGLE moves thrusts by up to SINGLE times the condition of T P, and the cut at the
     limits moves the wrench as much again. A demand of eight thrusters is up to sqrt(8) times
-    ``wrench_scale``, which takes the rest (``docs/studies/near_degenerate.py``).
+    ``wrench_scale``, which takes the rest (``docs/studies/near_degenerate.py``). Of a mixture
+    (``Vehicle.mixture``) the part ``w`` of that arrives; half of it counts at least, for each answer that is
+    mixed compares its own thrusts with limits.
     """
     allowed = WRENCH_ERROR["float"] / 4
-    if (lost := SINGLE * condition(vehicle)) > allowed:
+    if (lost := SINGLE * condition(vehicle) * max(w, 0.5)) > allowed:
         off = " and ".join(vehicle.called(i) for i, readiness in vehicle.faults if readiness == 0)
         asked = f"{vehicle.whole} without {off}" if off else vehicle.name
         cure = (

@@ -35,8 +35,7 @@ EQUATION = (
 OVERFLOW = "SOLVED means so where operations overflow, too: what is compared keeps NaN and infinity."
 STRONG = " Of weak directions, left out of T and τ, nothing is said."
 MIXED = (
-    " Where a direction counts in part, each of the answers that are mixed does, and f is their mixture to"
-    " rounding."
+    " Where a direction counts in part f and its miss are mixtures, of answers that each make their wrench."
 )
 BY = "the comparisons that let an answer leave (bench/proof/equation.py)"
 WIDER = 1.05
@@ -121,7 +120,7 @@ def program_claims(found: Mapping[int, Program], of: Subject) -> tuple[list[Clai
 
 
 def _bounds(program: Program, fault: int, of: Subject) -> tuple[list[Sides], Miss]:
-    """Facts on T f and the bounds that they give; of a mixture those of all its parts, and the largest."""
+    """Facts on T f and the bounds that they give; of a mixture those of its parts, mixed."""
     whole, formulation = of.target.with_fault(fault), find_formulation(recipe(of.kernel).formulation)
     if not program.size("share"):
         sides = _sides(program, fault, of)
@@ -131,8 +130,10 @@ def _bounds(program: Program, fault: int, of: Subject) -> tuple[list[Sides], Mis
         sides = _by_shares(own, part, solved, of, fault)
         found += sides
         rows.append(miss_bounds(sides, fault, of, own, part.vehicle))
-    largest = [max(getattr(row, name) for row in rows) for name in ("promise", "roundings", "of_tau")]
-    return found, Miss(fault=fault, promise=largest[0], roundings=largest[1], of_tau=largest[2])
+    weights = -np.diff([*(part.w for part in parts), 0.0])
+    sums = weights @ [[row.promise, row.roundings, row.of_tau] for row in rows]
+    promise, roundings, of_tau = sums.tolist()
+    return found, Miss(fault=fault, promise=promise, roundings=roundings, of_tau=of_tau)
 
 
 def _sides(program: Program, fault: int, of: Subject) -> list[Sides]:

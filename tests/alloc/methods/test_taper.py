@@ -8,13 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from alloc import Status, Vehicle, build, load_vehicle
+from alloc import NotApplicable, Status, Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.c import missing
 from alloc.c.target import Target
 from alloc.formulations import find_formulation
+from alloc.kernels.tolerance import SINGLE, WRENCH_ERROR
 from alloc.methods import recipe
 from alloc.program import Scalar, Where, at_fault, evaluate
+from alloc.vehicle.condition import condition
 from alloc.vehicle.weak import WEAK, Survey, doubts
 from bench.demands import labelled
 from bench.demands.surveys import fail_thrusters, hexarotor, move_poses, pushable_demands
@@ -123,6 +125,30 @@ def test_c_mixes_as_python_does(name: str, method: str, scalar: Scalar, error: f
     F, status = allocate.many(taus, *ends)
     np.testing.assert_allclose(F, [one.f for one in answers], atol=1e-9 * vehicle.f_scale)
     assert (status == [one.status for one in answers]).all()
+
+
+@pytest.mark.parametrize("method", ["scaled", "priority"])
+def test_single_precision_costs_a_mixture_w_of_what_it_costs_the_answer_of_all(method: str) -> None:
+    found = move_poses(hexarotor(), Survey(6.0, 0.6), np.random.default_rng(5))
+    found = fail_thrusters(found, OFF["hexarotor"])
+    worst, half = condition(found), WRENCH_ERROR["float"] / 4 / SINGLE / condition(found)
+    assert 0.5 < half < 0.9
+    for w in (0.1, 0.5, 0.98 * half):
+        vehicle = at(found, (1.0 + w) * WEAK)
+        taus = demands(vehicle, 200)
+        one, other = (
+            evaluate(
+                Target(vehicle=vehicle, method=recipe(method), scalar=scalar, faults="none").programs[-1],
+                taus,
+            )
+            for scalar in ("float", "double")
+        )
+        missed = np.abs((one.F - other.F) @ vehicle.TP.T / vehicle.wrench_scale).max()
+        assert missed <= SINGLE * (w * worst + vehicle.n)
+        assert (one.status == other.status).all()
+    vehicle = at(found, (1.02 + half) * WEAK)
+    with pytest.raises(NotApplicable, match="single precision"):
+        recipe(method).program(vehicle, "fixed", "float")
 
 
 def test_c_for_all_faults_mixes_where_a_failure_makes_a_direction_count_in_part() -> None:
