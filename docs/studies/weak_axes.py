@@ -3,20 +3,30 @@
 ``python docs/studies/weak_axes.py [--surveys N] [--demands N]`` prints the three tables of
 docs/weak-axes.md: demands on drawings and on surveys of them; sigma / epsilon of lost and of other
 directions; and what scaled delivers on 1,005 surveyed vehicles, along demands that the drawing's thrusters
-push, of what a linear program on the strong directions delivers and of what the drawing does.
+push, of what a linear program on the strong directions delivers and of what the drawing does. Two more tables
+are those of each method with a share, and of the C of a mixture (``--only methods`` and ``--only cost``).
 """
 
 import argparse
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import numpy as np
 
 from alloc import Vehicle, alpha_max, build, load_vehicle
 from alloc.allocation import FloatArray
+from alloc.c.target import Target
+from alloc.formulations import find_formulation, mixed
+from alloc.methods import recipe
 from alloc.reach.attainable import alpha_max_lp
 from alloc.vehicle.weak import DRAWN, Survey
+from bench.chips.count import count
+from bench.chips.image import link
+from bench.chips.kernels import native_kernel
+from bench.chips.processors import processor
 from bench.demands.surveys import fail_thrusters, failures, hexarotor, move_poses, pushable_demands
 
 TOLERANCES = (Survey(0.5, 0.05), DRAWN, Survey(5.0, 0.5), Survey(10.0, 0.5))
@@ -138,6 +148,75 @@ def answer(name: str, survey: Survey, seed: tuple[int, int], surveys: int, deman
     return Answers(np.concatenate(of_program), *clear_ones, outside, apart)
 
 
+LEVELS = (("heave", "roll", "pitch"), ("surge", "sway", "yaw"))
+"""Levels for ``priority``. The first is compared: what it leaves to the next may be anything, drawn too."""
+
+
+def delivered(method: str, vehicle: Vehicle, taus: FloatArray) -> FloatArray:
+    """(N,) what a method makes along each demand; of ``priority`` the share of the first level."""
+    if method != "priority":
+        return along(vehicle, build(method, vehicle).many(taus)[0], taus)
+    parts = find_formulation(method).parts(vehicle)
+    limits = vehicle.f_min, vehicle.f_max
+    shares = [part.way.towards_many(taus, part.way.departure(*limits))[1] for part in parts]
+    return mixed(shares, [part.w for part in parts])[:, 0]
+
+
+def methods(surveys: int, demands: int) -> None:
+    """Print what each method with a share delivers on surveys of clear drawings, of what it does there."""
+    names, survey = ("scaled", "scaled-by-group", "priority"), DRAWN
+    ratios: dict[str, list[FloatArray]] = {method: [] for method in names}
+    for j, (_, whole) in enumerate(drawings().items()):
+        levels = tuple(tuple(axis for axis in level if axis in whole.dof) for level in LEVELS)
+        drawing, rng = replace(whole, priority=tuple(filter(None, levels))), np.random.default_rng((9, j))
+        for off in failures(drawing, 2):
+            degraded = fail_thrusters(drawing, off)
+            sigma = degraded.directions.sigma
+            if sigma[degraded.rank - 1] < CLEAR * sigma[0]:
+                continue
+            taus = pushable_demands(degraded, demands, rng)
+            before = {method: delivered(method, degraded, taus) for method in names}
+            for _ in range(surveys):
+                found = fail_thrusters(move_poses(drawing, survey, rng), off)
+                for method in names:
+                    pushed = before[method] > NOTHING
+                    ratios[method].append((delivered(method, found, taus) / before[method])[pushed])
+    print(f"\n| of drawings, at {survey.words} | answers | least | 1 in 1,000 | below 0.95 |")
+    print("|---" * 5 + "|")
+    for method in names:
+        each = np.concatenate(ratios[method])
+        few = np.quantile(each, 1e-3)
+        below = np.count_nonzero(each < 0.95)
+        print(f"| {method} | {each.size:,} | {each.min():.3f} | {few:.3f} | {below:,} |")
+
+
+NOTHING = 1e-6
+"""Share of a demand on a drawing below which a level gets nothing, of which no part can be told."""
+
+
+def cost() -> None:
+    """Print flash and instructions of C where a direction is lost, weak, counts in part and counts wholly."""
+    off, far = (4, 5), Survey(20.0, 2.3)
+    drawing = load_vehicle("bluerov2-heavy")
+    found = fail_thrusters(move_poses(drawing, far, np.random.default_rng(3)), off)
+    least = float(found.directions.sigma[-1] / found.directions.sigma[0])
+    states = {"lost, on the drawing": fail_thrusters(drawing, off)} | {
+        words: replace(found, weak_limit=least / times)
+        for words, times in (("weak", 0.9), ("in part", 1.5), ("whole", 2.1))
+    }
+    board, taus = processor("cortex-m4f"), pushable_demands(found, 300, np.random.default_rng(4))
+    print("\n| direction (Cortex-M4F, float) | flash [B] | most instructions | flash, priority | most |")
+    print("|---" * 5 + "|")
+    for words, vehicle in states.items():
+        cells = [words]
+        for method in ("scaled", "priority"):
+            target = Target(vehicle=vehicle, method=recipe(method), scalar="float", faults="none")
+            with TemporaryDirectory() as folder:
+                image = link(native_kernel(target), board, Path(folder))
+                cells += [f"{image.flash_bytes:,}", f"{count(image, taus).instructions.max():,}"]
+        print(f"| {' | '.join(cells)} |")
+
+
 def kept(surveys: int, demands: int) -> None:
     """Print what surveys deliver of a linear program on their strong directions, and of the drawing."""
     print("\n| tolerance | answers | of program, least | below 0.99", end=" | ")
@@ -171,10 +250,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--surveys", type=int, default=67, help="of each of 5 drawings and 3 tolerances")
     parser.add_argument("--demands", type=int, default=20, help="on each, with each set of thrusters off")
+    parser.add_argument("--only", choices=("methods", "cost"), help="one of the two tables behind the page's")
     options = parser.parse_args()
-    asked()
-    apart(min(options.surveys, 40))
-    kept(options.surveys, options.demands)
+    if options.only == "methods":
+        methods(options.surveys, options.demands)
+    elif options.only == "cost":
+        cost()
+    else:
+        asked()
+        apart(min(options.surveys, 40))
+        kept(options.surveys, options.demands)
 
 
 if __name__ == "__main__":
