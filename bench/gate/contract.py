@@ -107,10 +107,13 @@ def _all_forms(allocate: Any, taus: Any, low: Any, high: Any) -> Iterator[Form]:
     if limited is None:
         return
     for name, (first, second) in SIDES.items():
+        sides = [None if side is None else side.copy() for side in (first(low), second(high))]
+        each = ([None] * len(taus) if side is None else np.resize(side, low.shape) for side in sides)
+        calls = zip(taus.copy(), *each, strict=True)
         yield (
             f"many() with one row of {name}",
-            partial(_calls_within, allocate, taus, first(low), second(high)),
-            partial(_many_within, many, taus, first(low), second(high)),
+            partial(_answers_of, allocate, calls),
+            partial(many, taus.copy(), *sides),
         )
     striped = map(np.asfortranarray, columns)
     yield (
@@ -207,17 +210,3 @@ def _calls_after(allocate: Any, calls: Iterable[Any], others: Iterable[Any]) -> 
         allocate(*(each.copy() for each in call))
         answers.append(allocate(*(each.copy() for each in other)))
     return _columns_of(answers)
-
-
-def _calls_within(allocate: Any, taus: Any, *sides: Any) -> Pair:
-    """Single calls with limits that are rows, tables or None."""
-    each = [
-        [None] * len(taus) if side is None else np.resize(side, (len(taus), np.shape(side)[-1]))
-        for side in sides
-    ]
-    return _columns_of([allocate(*call) for call in zip(taus.copy(), *each, strict=True)])
-
-
-def _many_within(many: Any, taus: Any, *sides: Any) -> Pair:
-    answers: Pair = many(taus.copy(), *(None if side is None else side.copy() for side in sides))
-    return answers
