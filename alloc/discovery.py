@@ -18,6 +18,7 @@ from alloc.foreign import COMMAND, is_command, is_compiled, runs_apart
 from alloc.formulations import Family, find_formulation, nearly
 from alloc.live.plain import ANY_DISTANCE, EXACT, Plain, check_declared
 from alloc.vehicle import Vehicle
+from alloc.vehicle.azimuth import refuse_azimuths
 
 if TYPE_CHECKING:  # What makes C is a third of all modules, and most programs make none.
     from alloc.c import Package
@@ -38,6 +39,7 @@ class Entry:
     foreign : whether calls run code that is not Python's: a solver's binding, or compiled C
     twin : for generated C, the method in Python whose answers it must give; empty for others
     starts, levels : what ``build`` takes as ``start=`` and ``level=``; ("-",) where there is no choice
+    azimuths : whether the method takes vehicles with thrusters that turn
     summary : one line on what the method does
     named_only : whether a run leaves it out unless it is named
     missing : empty where the method can be built, else how to get what it needs
@@ -54,6 +56,7 @@ class Entry:
     twin: str = ""
     starts: tuple[str, ...] = ("-",)
     levels: tuple[str, ...] = ("-",)
+    azimuths: bool = False
     summary: str = ""
     named_only: bool = False
     missing: str = ""
@@ -82,6 +85,8 @@ def prepare(entry: Entry, vehicle: Vehicle, *, start: str = "", level: str = "")
     """Prepare the method of an Entry, from the catalogue or a plug-in; raises as ``build`` does."""
     if entry.missing:
         raise NotInstalled(f"{entry.name}: {entry.missing}")
+    if not entry.azimuths:
+        refuse_azimuths(vehicle.azimuths, entry.name, "its limits are a box")
     options: dict[str, Any] = {}
     for key, value, offered in (("start", start, entry.starts), ("level", level, entry.levels)):
         if value and value != "-":
@@ -347,6 +352,7 @@ def _entry(name: str, module: ModuleType, variant: "Variant | None" = None) -> E
         starts=variant.starts if variant else tuple(getattr(module, "STARTS", ("-",))),
         levels=variant.levels if variant else tuple(getattr(module, "LEVELS", ("-",))),
         summary=variant.summary if variant else getattr(module, "SUMMARY", summary),
+        azimuths=getattr(module, "AZIMUTHS", False),
         named_only=getattr(module, "NAMED_ONLY", False),
         missing=variant.missing if variant else "",
         prepare=partial(module.build, variant.key) if variant else module.build,

@@ -13,6 +13,7 @@ from alloc.formulations import find_formulation
 from alloc.kernels.tolerance import check_single
 from alloc.program import Faults, Program, Scalar, Where
 from alloc.vehicle import Vehicle
+from alloc.vehicle.azimuth import refuse_azimuths
 
 NOT_FINITE = -2
 """Status of a kernel that checks its arguments, where one is not finite."""
@@ -51,6 +52,7 @@ class Recipe:
         self, vehicle: Vehicle, limits: Where = "fixed", scalar: Scalar = "double"
     ) -> Program:
         """The method's program for many faults of a vehicle; raises NotApplicable as ``program`` does."""
+        refuse_azimuths(vehicle.azimuths, f"{self.name} in C", "its limits are a box")
         if self.make_for_all is None:
             raise NotApplicable(f"{self.name}: has no one function for all faults; leave out --faults all")
         if scalar == "float":
@@ -97,6 +99,7 @@ def _none(vehicle: Vehicle, scalar: Scalar) -> float:
 
 @lru_cache(maxsize=64)
 def _made(kernel: Recipe, vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
+    refuse_azimuths(vehicle.azimuths, f"{kernel.name} in C", "its limits are a box")
     if scalar == "float":
         kernel.check_single(vehicle)
     return kernel.make(vehicle, limits, scalar)
@@ -120,6 +123,10 @@ class Target:
     scalar: Scalar = "double"
     limits: Where = "fixed"
     faults: Faults = "one"
+
+    def __post_init__(self) -> None:
+        """Raise NotApplicable for thrusters that turn."""
+        refuse_azimuths(self.vehicle.azimuths, f"{self.method.name} in C", "its limits are a box")
 
     @property
     def name(self) -> str:

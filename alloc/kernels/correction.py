@@ -192,7 +192,7 @@ def rest_thrusts(vehicle: Vehicle) -> FloatArray:
     for inset in INSET:
         by = inset * (high - low)
         pairs = list(zip((low + by).tolist(), (high - by).tolist(), strict=True))
-        found = allocate.within(vehicle.TP @ f0, pairs)
+        found = allocate.solve(vehicle.TP @ f0, pairs)
         if found.status is Status.SOLVED:
             return found.f
     return f0

@@ -5,6 +5,7 @@ from alloc.library import K_MAX, N_MAX, NAME, calls, files
 from alloc.program import Scalar, Where
 from alloc.program.literal import number
 from alloc.vehicle import Vehicle
+from alloc.vehicle.azimuth import refuse_azimuths
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.names import axis_levels
 from alloc.vehicle.weak import six_rows
@@ -36,6 +37,7 @@ def adapter(vehicle: Vehicle, method: str, scalar: Scalar = "double") -> dict[st
     -1 there and not looked at, as what is off is in the numbers of the vehicle.
     ``<name>_ready(tau)`` returns tau, and prepares at its first call.
     """
+    refuse_azimuths(vehicle.azimuths, "libthrustbench", "its limits are a box")
     own = name(vehicle, method, scalar)
     shares = levels(method, vehicle)
     tables = {

@@ -19,10 +19,19 @@ from alloc.lint.geometry import (
     on_traces,
     on_weights,
 )
-from alloc.lint.limits import on_limits, on_moving_limits, on_units
+from alloc.lint.limits import on_limits, on_moving_limits, on_polygons, on_units
 from alloc.lint.report import Facts, Failure, Finding, Level, Pairs, Report, error
+from alloc.vehicle import Vehicle
 from alloc.vehicle.condition import condition
-from alloc.vehicle.file import find_file, matrices, poses, read_document, vehicle_with
+from alloc.vehicle.file import (
+    Document,
+    build_vehicle,
+    find_file,
+    matrices,
+    poses,
+    read_document,
+    vehicle_with,
+)
 
 
 def check_vehicle(name: str | Path, autopilot: str = "") -> Report:
@@ -39,6 +48,8 @@ def check_vehicle(name: str | Path, autopilot: str = "") -> Report:
             return Report(path, None, (Finding("error", "esc", None, str(reason)),))
         return Report(path, None, (Finding("error", key, reason.line, reason.what),))
     keys, lines = document.keys, document.tree.lines
+    if any(thruster.azimuth for thruster in keys.thrusters or ()):
+        return _check_azimuths(path, document)
     if autopilot:
         keys.autopilot = choose(autopilot, keys.autopilot)
     collected = list(on_name(keys, path))
@@ -67,16 +78,7 @@ def check_vehicle(name: str | Path, autopilot: str = "") -> Report:
         collected += on_failures(lost, condition(vehicle.strong))
         steps, remarked = on_exact_method(vehicle)
         collected += remarked
-        facts = Facts(
-            name=vehicle.name,
-            k=vehicle.k,
-            n=vehicle.n,
-            rank=vehicle.rank,
-            nullity=vehicle.nullity,
-            condition=condition(vehicle),
-            worst_case_steps=steps,
-            frame=vehicle.frame,
-        )
+        facts = _facts(vehicle, steps)
     except VehicleError as reason:
         what = reason.what.removeprefix(reason.key).lstrip(":. ")  # the line begins with the key
         collected.append(error(reason.key, what))
@@ -85,3 +87,37 @@ def check_vehicle(name: str | Path, autopilot: str = "") -> Report:
     ]
     findings.sort(key=lambda finding: get_args(Level).index(finding.level))
     return Report(path, facts, tuple(dict.fromkeys(findings)), lost, both)
+
+
+def _facts(vehicle: Vehicle, steps: int | None) -> Facts:
+    return Facts(
+        name=vehicle.name,
+        k=vehicle.k,
+        n=len(vehicle.actuators),
+        rank=vehicle.rank,
+        nullity=vehicle.nullity,
+        condition=condition(vehicle),
+        worst_case_steps=steps,
+        frame=vehicle.frame,
+    )
+
+
+def _check_azimuths(path: Path, document: Document) -> Report:
+    """Report on a file with thrusters that turn: polygons, weak directions and failures, no more yet."""
+    lines = document.tree.lines
+    try:
+        vehicle = build_vehicle(document.keys)
+    except VehicleError as reason:
+        what = reason.what.removeprefix(reason.key).lstrip(":. ")
+        return Report(path, None, (Finding("error", reason.key, lines.get(reason.key), what),))
+    lost = tuple(failures(vehicle))
+    steps, remarked = on_exact_method(vehicle)
+    collected = [
+        *on_polygons(vehicle),
+        *on_units(vehicle),
+        *on_weak(vehicle),
+        *on_failures(lost, condition(vehicle.strong)),
+        *remarked,
+    ]
+    findings = tuple(Finding(level, key, lines.get(key), message) for level, key, message in collected)
+    return Report(path, _facts(vehicle, steps), findings, lost, tuple(pairs(vehicle)))

@@ -58,6 +58,24 @@ def on_limits(vehicle: Vehicle) -> Iterator[Remark]:
         yield note("f_max", f"{sizes.max():g} N for every thruster is a round number; measured, or assumed?")
 
 
+def on_polygons(vehicle: Vehicle) -> Iterator[Remark]:
+    """A remark on the set of each thruster that turns, with what its polygon loses of disc or sector."""
+    for i, (first, *second) in enumerate(vehicle.actuators):
+        if not second:
+            continue
+        azimuth = next(one for one in vehicle.azimuths if one.first == first)
+        most = float(np.linalg.norm(azimuth.corners, axis=1).max())
+        arc = azimuth.reach[azimuth.reach > 0.0]
+        angles = np.degrees(np.arctan2(*azimuth.corners[np.any(azimuth.corners != 0.0, axis=1)].T[::-1]))
+        whole = (azimuth.reach > 0.0).all()
+        span = "a disc" if whole else f"a sector from {angles[0]:.4g} to {angles[-1]:.4g} degrees"
+        yield note(
+            f"thrusters[{i}]",
+            f"{vehicle.called(i)} gives up to {most:g} N in {span}; of it the {len(arc)} sides of the polygon"
+            f" lose {100 * (1 - arc.min() / most):.2g} % at worst",
+        )
+
+
 def _on_lost_ways(vehicle: Vehicle) -> Iterator[Remark]:
     """A remark on axes that T pushes and limits leave nothing of, alone and at least one way."""
     if (vehicle.f_min > 0).any() or (vehicle.f_max < 0).any():

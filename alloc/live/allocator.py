@@ -35,6 +35,7 @@ from alloc.solvers import (
     shared,
 )
 from alloc.vehicle import Vehicle
+from alloc.vehicle.azimuth import SPARE, fit_polygons
 from alloc.vehicle.call_limits import at_call, one_by_one
 from alloc.vehicle.condition import magnified, promised
 
@@ -87,6 +88,7 @@ class Live:
         self._soft = Stationarity(posed.qp, posed.unit) if soft else None
         self._beyond = beyond(vehicle) if self._soft is None else None
         self._limits = vehicle.f_min[posed.working], vehicle.f_max[posed.working]
+        self._turning = [one for one in vehicle.azimuths if vehicle.readiness[one.first]]
         self._lb, self._ub = posed.qp.lb[: self._m], posed.qp.ub[: self._m]
         self._per_axis = 1.0 / vehicle.wrench_scale
         self._T = vehicle.TP[:, posed.working] * self._per_axis[:, None]
@@ -158,6 +160,9 @@ class Live:
         f = x[: self._m] * self._unit
         np.minimum(f, high, out=f)
         np.maximum(f, low, out=f)
+        if self._turning:
+            whole = fit_polygons(self._turning, self._scattered(f)[None], SPARE * self._vehicle.f_scale)
+            f = whole[0, self._working]
         if self._soft is not None and not self._optimal(f, *posed):
             return self._unanswered(Status.NOT_CONVERGED, iterations, solver_s)
         miss = self._T.dot(f) - self._per_axis * wrench

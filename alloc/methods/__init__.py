@@ -7,6 +7,7 @@ FORMULATION : which optimum it answers, a name out of ``alloc.formulations`` or 
 FAMILY : an ``alloc.plugin.Family``, where it is not the usual one of that formulation
 FOREIGN : whether calls run code that is not Python's: a solver's binding, or compiled C
 STARTS, LEVELS : the starts and accuracy levels it offers; ("-",) where there is no choice
+AZIMUTHS : whether it takes vehicles with thrusters that turn; False where nothing says
 NAMED_ONLY : whether runs leave it out unless it is named, for a call of milliseconds
 SUMMARY : one line for the catalogue, in place of the first line of the module's docstring
 

@@ -7,6 +7,7 @@ from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
 
 FORMULATION = Nullspace.formulation
+AZIMUTHS = True
 MEANINGS = {
     0: "f makes tau, inside the limits, with the least effort",
     2: "no f inside the limits makes tau; f is left alone",

@@ -8,6 +8,7 @@ from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
 
 FORMULATION = Linear.formulation
+AZIMUTHS = True
 MEANINGS = linear.MEANINGS
 
 

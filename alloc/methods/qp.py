@@ -8,6 +8,7 @@ from alloc.solvers import Level, Start
 from alloc.vehicle import Vehicle
 
 FORMULATION = HARD.name
+AZIMUTHS = True
 FAMILY = Family.LIVE
 FOREIGN = True
 

@@ -23,6 +23,7 @@ from alloc.formulations.hard import FORMULATION as HARD
 from alloc.nullspace.region import nearest_many, prepare, steps_bound
 from alloc.nullspace.structure import Structure, decompose
 from alloc.vehicle import Vehicle
+from alloc.vehicle.azimuth import SPARE, fit_polygons
 from alloc.vehicle.call_limits import at_call, limits_of
 from alloc.vehicle.condition import condition, excess_that_misses, promised, wrench_doubt
 
@@ -101,12 +102,12 @@ class Nullspace:
                     return self._infeasible(0)
         if self._unreachable is not None and np.abs(self._unreachable.dot(wrench)).max() > self._lost:
             return self._infeasible(0)
-        found = self.within(wrench, limits)
+        found = self.solve(wrench, limits)
         if found.status is not Status.SOLVED:
             return answer(np.full(self._n, nan), found.status, found.iterations)
         return found
 
-    def within(self, wrench: FloatArray, limits: list[tuple[float, float]]) -> Allocation:
+    def solve(self, wrench: FloatArray, limits: list[tuple[float, float]]) -> Allocation:
         """Allocate one wrench (k,) that the thrusters can push, inside pairs of f_min <= f_max [N].
 
         T (G tau + N z) is tau whatever z is, so thrusts miss the wrench by what they are moved onto limits.
@@ -153,7 +154,7 @@ class Nullspace:
         return steps
 
     def _again(self, wrench: FloatArray, limits: list[tuple[float, float]], steps: int) -> Allocation:
-        """``within`` where the steps went wrong by more than rounding: the same within wider limits.
+        """``solve`` where the steps went wrong by more than rounding: the same within wider limits.
 
         A wrench on the edge leaves thrusts no room, so a step onto a thin row may go anywhere. Limits moved
         apart by more than rounding leave some; thrusts are moved back from those, and what the wrench then
@@ -200,7 +201,7 @@ class Nullspace:
             raise no_cap(self.formulation)
         wrenches = checked_many(taus, self._k)
         lows, highs = limits_of(self._vehicle, len(wrenches), f_min, f_max)
-        F, excess = self.many_within(wrenches, lows, highs)
+        F, excess = self.solve_many(wrenches, lows, highs)
         if self._unreachable is not None:
             excess = np.maximum(excess, np.abs(self._unreachable @ wrenches.T).max(axis=0) / self._lost)
         excess[(lows > highs).any(axis=1)] = inf
@@ -211,10 +212,10 @@ class Nullspace:
             F[i], status[i], *_ = self(wrenches[i], lows[i], highs[i])
         return F, status
 
-    def many_within(
+    def solve_many(
         self, wrenches: FloatArray, lows: FloatArray, highs: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """``within`` for wrenches (N, k) and limits (N, n): F (N, n) [N], and the excess over limits (N,).
+        """``solve`` for wrenches (N, k) and limits (N, n): F (N, n) [N], and the excess over limits (N,).
 
         The excess is in units of what counts as met: up to 1 a wrench is attainable. Wrenches that are missed
         by more than rounding are allocated one by one; those that are missed again have an excess above 1, so
@@ -233,7 +234,7 @@ class Nullspace:
         F = f.T.clip(lows, highs)
         missed = np.abs(F - f.T).sum(axis=1) > self._held
         for i in np.flatnonzero(missed & (excess <= 1.0)):
-            F[i], status, *_ = self.within(
+            F[i], status, *_ = self.solve(
                 wrenches[i], list(zip(lows[i].tolist(), highs[i].tolist(), strict=True))
             )
             excess[i] = excess[i] if status is Status.SOLVED else 2.0
@@ -265,12 +266,115 @@ STEPS_LIMIT = 5000
 a tenth of a second (measured on one x86-64 core, 3 x 11); an active-set solver needs neither."""
 
 
+MOST_FREE = 3
+"""Most dimensions of z in which steps are taken where thrusters turn."""
+
+
+class PolygonNullspace(Nullspace):
+    """The allocator; all of z is one block, whose rows are limits of fixed thrusters, then those of sides.
+
+    Two sides that are parallel are one slab. Of a side without such a twin the slab ends at the farthest
+    corner, which keeps nothing out that other sides let in.
+    """
+
+    def __init__(self, vehicle: Vehicle, structure: Structure, tolerance: float) -> None:
+        """Precompute all that depends on the vehicle; raises NotApplicable where steps would be too many."""
+        d, n = vehicle.nullity, vehicle.n
+        working = [one for one in vehicle.azimuths if vehicle.readiness[one.first]]
+        turning = [i for azimuth in vehicle.azimuths for i in azimuth.components]
+        fixed = [i for i in vehicle.working.tolist() if i not in turning]
+        rows, low, high = [np.eye(n)[fixed]], [vehicle.f_min[fixed]], [vehicle.f_max[fixed]]
+        for azimuth in working:
+            across = np.zeros((len(azimuth.distinct), n))
+            across[:, azimuth.components] = azimuth.normals[azimuth.distinct]
+            along = across[:, azimuth.components] @ azimuth.corners.T
+            rows.append(across)
+            low.append(along.min(axis=1))
+            high.append(along.max(axis=1))
+        self._C, self._low, self._high = np.vstack(rows), np.concatenate(low), np.concatenate(high)
+        if d > MOST_FREE or steps_bound(len(self._C), max(d, 1)) > STEPS_LIMIT:
+            raise NotApplicable(
+                f"nullspace: {len(vehicle.actuators)} thrusters, {len(working)} of them in polygons, leave"
+                f" d = {d} and {len(self._C)} slabs; steps are taken up to d = {MOST_FREE} and in at most"
+                f" {STEPS_LIMIT} steps, use a qp/ method"
+            )
+        super().__init__(vehicle, Structure(structure.G, (), np.arange(0), structure.unreachable), tolerance)
+        self._N, end = np.zeros((n, d)), 0
+        for block in structure.blocks:
+            end += block.N.shape[1]
+            self._N[block.rows, end - block.N.shape[1] : end] = block.N
+        self._region = prepare(self._C @ self._N, self._slack) if d else None
+        self.worst_case_steps = n + (self._region.worst_case_steps if self._region else 0)
+        self._turning, self._own = working, (vehicle.f_min, vehicle.f_max)
+        self._spare = SPARE * vehicle.f_scale
+
+    def solve(self, wrench: FloatArray, limits: list[tuple[float, float]]) -> Allocation:
+        """Allocate one wrench (k,) that the thrusters can push, inside the vehicle's own limits.
+
+        The status is not SOLVED where thrusts that are moved into polygons miss more than EXACT_TOLERANCE.
+        """
+        f = self.closed_form(wrench)
+        along = self._C.dot(f)
+        steps = self._n
+        if (along >= self._low).all() and (along <= self._high).all():
+            return answer(self._fit(f[None])[0], Status.SOLVED, steps)
+        best, least = f, np.inf
+        for wider in (0.0, *WIDER):
+            by = wider * self._vehicle.f_scale
+            lower, upper = self._low - by - along, self._high + by - along
+            if self._region is None:
+                z, taken = np.zeros(0), 0
+                if max(lower.max(), -upper.min()) > self._slack:
+                    return self._infeasible(steps)
+            else:
+                found, taken = self._region.nearest(lower.tolist(), upper.tolist())
+                if found is None:
+                    return self._infeasible(steps + taken)
+                z = np.array(found)
+            steps += taken
+            x = self._fit((f + self._N.dot(z))[None])[0]
+            missed = float(self._miss(x, wrench))
+            if missed < least:
+                best, least = x, missed
+            if least <= EXACT_TOLERANCE:
+                return answer(best, Status.SOLVED, steps)
+        # Thrusts this near that do not make the wrench stand at the edge of what can be made.
+        return answer(best, Status.INFEASIBLE if least <= WRENCH_TOLERANCE else Status.NOT_CONVERGED, steps)
+
+    def solve_many(
+        self, wrenches: FloatArray, lows: FloatArray, highs: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """``solve`` for wrenches (N, k): F (N, n) [N], and the excess over limits (N,)."""
+        f = self.G @ wrenches.T
+        along = self._C @ f
+        lower, upper = self._low[:, None] - along, self._high[:, None] - along
+        if self._region is None:
+            excess = np.maximum(lower, -upper).max(axis=0) / self._slack
+        else:
+            z, excess = nearest_many(self._region, lower, upper)
+            f += self._N @ z
+        F = self._fit(f.T)
+        missed = np.array([self._miss(x, wrench) for x, wrench in zip(F, wrenches, strict=True)])
+        for i in np.flatnonzero(~(missed <= EXACT_TOLERANCE) & (excess <= 1.0)):
+            F[i], status, *_ = self.solve(wrenches[i], [])
+            excess[i] = excess[i] if status is Status.SOLVED else 2.0
+        return F, excess
+
+    def _miss(self, f: FloatArray, wrench: FloatArray) -> float:
+        """Largest |T P f - tau| of any axis, relative to ``wrench_scale`` [-]."""
+        return float(np.abs((self._vehicle.TP.dot(f) - wrench) / self._vehicle.wrench_scale).max())
+
+    def _fit(self, F: FloatArray) -> FloatArray:
+        """Thrusts (N, n) that lie outside of their limits by rounding, moved inside."""
+        return fit_polygons(self._turning, np.clip(F, *self._own), self._spare)
+
+
 def exact(vehicle: Vehicle, tolerance: float = TOLERANCE) -> Nullspace:
     """Prepare the exact answer.
 
     ``tolerance`` is the excess over a limit that still counts as met, relative to the largest limit [-], or
     what rounding leaves of it. Raises NotApplicable where that is too much for SOLVED to mean anything, and
-    where a block may take more than STEPS_LIMIT steps.
+    where a block may take more than STEPS_LIMIT steps; thrusters that turn are in one block.
     """
     if (doubt := wrench_doubt(vehicle)) > LARGEST_DOUBT:
         raise NotApplicable(
@@ -278,6 +382,8 @@ def exact(vehicle: Vehicle, tolerance: float = TOLERANCE) -> Nullspace:
             f"moves thrusts by {doubt:.1g} of the largest limit; leave out the weakest DOF, or use qp/daqp"
         )
     structure = decompose(vehicle)
+    if vehicle.azimuths:
+        return PolygonNullspace(vehicle, structure, max(tolerance, doubt))
     for block in structure.blocks:
         m, d = block.N.shape
         if (bound := steps_bound(m, d)) > STEPS_LIMIT:

@@ -103,7 +103,7 @@ class ByLevel:
             else:
                 return answer(f, Status.SOLVED, self._vehicle.n, share=self._all, residual=self._none)
         end, share = self._way.towards(wrench, begin)
-        f, found, steps, *_ = self._exact.within(end, limits)
+        f, found, steps, *_ = self._exact.solve(end, limits)
         if found is not Status.SOLVED:
             return self._back(wrench, share, limits)
         if min(share) == 1.0:
@@ -138,7 +138,7 @@ class ByLevel:
 
         def reached(shares: tuple[float, ...]) -> Allocation | None:
             end = self._way.delivered(wrench[None], begin, np.array([shares]))[0]
-            f, found, steps, *_ = self._exact.within(end, limits)
+            f, found, steps, *_ = self._exact.solve(end, limits)
             if found is not Status.SOLVED:
                 return None
             return answer(f, Status.PARTIAL, steps, share=shares, residual=self._residual(f, end))
@@ -191,7 +191,7 @@ class ByLevel:
         highs = np.maximum(lows, highs)  # where they contradict themselves the answer is NaN anyhow
         begin = self._own if f_min is None and f_max is None else self._way.departure(lows, highs)
         ends, shares = self._way.towards_many(wrenches, begin)
-        F, excess = self._exact.many_within(ends, lows, highs)
+        F, excess = self._exact.solve_many(ends, lows, highs)
         met = (shares == 1.0).all(axis=1)
         if self._lost is None:
             met &= np.linalg.norm(F @ self._T.T - wrenches * self._unit, axis=1) <= 1.0

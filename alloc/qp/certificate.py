@@ -105,6 +105,8 @@ class _Multipliers:
 
 
 def _multipliers(qp: QP) -> _Multipliers:
+    if qp.sides is not None:
+        raise NotApplicable("a certificate tries multipliers of bounds alone, and the problem has sides")
     p, m = qp.A.shape
     bounded = qp.bounded
     tried = sum(comb(len(bounded), j) for j in range(p + 1))

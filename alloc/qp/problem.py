@@ -1,11 +1,12 @@
 """The one QP standard form, and the hard and soft problems posed in it.
 
-    minimise 1/2 x'H x + g'x   subject to   A x = b,  lb <= x <= ub
+    minimise 1/2 x'H x + g'x   subject to   A x = b,  lb <= x <= ub,  C x <= d
 
-Only ``b`` depends on the demand, and ``lb`` and ``ub`` on the limits of the call. A problem handed to a
-solver is non-dimensional: thrusts over the vehicle's largest limit, wrench rows turned to orthonormal
-ones, so a solver's tolerance means the same on a 20 N and on a 600 kN vehicle. A thrust that costs more
-has a smaller unit, which evens the weights of H out and takes the limits apart.
+Only ``b`` depends on the demand, and ``lb`` and ``ub`` on the limits of the call; C and d are the sides of
+polygons, where thrusters turn. A problem handed to a solver is non-dimensional: thrusts over the vehicle's
+largest limit, wrench rows turned to orthonormal ones, so a solver's tolerance means the same on a 20 N and on
+a 600 kN vehicle. A thrust that costs more has a smaller unit, which evens the weights of H out and takes the
+limits apart.
 """
 
 from dataclasses import dataclass
@@ -13,7 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from alloc.allocation import FloatArray, IndexArray
+from alloc.errors import NotApplicable
 from alloc.vehicle import Vehicle
+from alloc.vehicle.azimuth import refuse_azimuths
 
 SHARED = 1 / 3
 """Power of a weight by which the unit of its thrust is smaller [-]. Weights r apart leave r^(1 - 2 SHARED) in
@@ -31,6 +34,7 @@ class QP:
     g : (m,) linear part of the cost
     A : (p, m) matrix of the equations, of full row rank
     lb, ub : (m,) bounds, infinite where there is none
+    sides : C (r, m) and d (r,); None where there is none
     """
 
     H: FloatArray
@@ -38,6 +42,7 @@ class QP:
     A: FloatArray
     lb: FloatArray
     ub: FloatArray
+    sides: tuple[FloatArray, FloatArray] | None = None
 
     @property
     def bounded(self) -> IndexArray:
@@ -46,10 +51,24 @@ class QP:
 
     @property
     def one_sided(self) -> tuple[FloatArray, FloatArray]:
-        """(G, h) with G x <= h for the finite bounds, upper ones first: G = [I; -I], h = [ub; -lb]."""
+        """(G, h) with G x <= h, upper bounds, lower ones, sides: G = [I; -I; C], h = [ub; -lb; d]."""
         upper, lower = np.isfinite(self.ub), np.isfinite(self.lb)
         eye = np.eye(len(self.g))
-        return np.vstack([eye[upper], -eye[lower]]), np.concatenate([self.ub[upper], -self.lb[lower]])
+        G, h = np.vstack([eye[upper], -eye[lower]]), np.concatenate([self.ub[upper], -self.lb[lower]])
+        if self.sides is None:
+            return G, h
+        return np.vstack([G, self.sides[0]]), np.concatenate([h, self.sides[1]])
+
+    @property
+    def two_sided(self) -> FloatArray:
+        """[I; C], rows of what bounds something on one side or both: bounds, then sides."""
+        eye = np.eye(len(self.g))[self.bounded]
+        return eye if self.sides is None else np.vstack([eye, self.sides[0]])
+
+    def refuse_sides(self, solver: str) -> None:
+        """Raise NotApplicable where there are sides: the file of that solver takes bounds alone."""
+        if self.sides is not None:
+            raise NotApplicable(f"{solver}: is asked here with bounds alone, not with sides; use qp/daqp")
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +111,7 @@ def pose_hard(vehicle: Vehicle, scaled: bool = True, shared: float = SHARED) -> 
     """
     unit, H, lb, ub = _thrusts(vehicle, scaled, shared)
     A, b_of_tau, unreachable = _equality(vehicle, unit, scaled)
-    qp = QP(H=H, g=np.zeros(len(H)), A=A, lb=lb, ub=ub)
+    qp = QP(H=H, g=np.zeros(len(H)), A=A, lb=lb, ub=ub, sides=_sides(vehicle, unit))
     return Posed(qp=qp, b_of_tau=b_of_tau, unit=unit, working=vehicle.working, unreachable=unreachable)
 
 
@@ -102,6 +121,7 @@ def pose_soft(vehicle: Vehicle, scaled: bool = True, shared: float = SHARED) -> 
     x = [f; s], s in units of ``f_scale`` along rows of T of unit length; s has no bounds, so every demand has
     an answer.
     """
+    refuse_azimuths(vehicle.azimuths, "soft", "what proves its answers knows bounds alone")
     unit, H, lb, ub = _thrusts(vehicle, scaled, shared)
     f_scale = vehicle.f_scale if scaled else 1.0
     k, m = vehicle.k, len(H)
@@ -120,6 +140,15 @@ def pose_soft(vehicle: Vehicle, scaled: bool = True, shared: float = SHARED) -> 
         working=vehicle.working,
         unreachable=np.zeros((0, k)),
     )
+
+
+def _sides(vehicle: Vehicle, unit: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+    """Sides of polygons for x in units (m,) [N], rows of unit length; None where no thruster turns."""
+    if vehicle.half_planes is None:
+        return None
+    C = vehicle.half_planes.A[:, vehicle.working] * unit
+    lengths = np.linalg.norm(C, axis=1)
+    return C / lengths[:, None], vehicle.half_planes.reach / lengths
 
 
 def _cheapest(vehicle: Vehicle, scaled: bool) -> float:
@@ -158,11 +187,11 @@ def _equality(vehicle: Vehicle, unit: FloatArray, scaled: bool) -> tuple[FloatAr
 
 
 class TwoSided:
-    """low <= [A; I] x <= high, with the rows of I that bound something.
+    """low <= [A; I; C] x <= high, with the rows of I that bound something.
 
     Attributes
     ----------
-    low, high : (p + q,) the first p are b, the other q are bounds
+    low, high : (p + q + r,) the first p are b, then q are bounds, then r those of sides
     """
 
     def __init__(self, qp: QP) -> None:
@@ -170,14 +199,18 @@ class TwoSided:
         bounded = qp.bounded
         self._p = len(qp.A)
         self._held = qp.lb[bounded], qp.ub[bounded]
-        self.low, self.high = (np.concatenate([np.zeros(self._p), side]) for side in self._held)
+        d = np.zeros(0) if qp.sides is None else qp.sides[1]
+        ends, self._bounds = (np.full(len(d), -np.inf), d), slice(self._p, self._p + len(bounded))
+        self.low, self.high = (
+            np.concatenate([np.zeros(self._p), side, end]) for side, end in zip(self._held, ends, strict=True)
+        )
 
     def put(self, b: FloatArray, lb: FloatArray, ub: FloatArray) -> None:
         """Write b (p,) and the bounds (q,) of the bounded variables."""
         low, high, p = self.low, self.high, self._p
         low[:p] = high[:p] = b
         if lb is not self._held[0] or ub is not self._held[1]:
-            low[p:], high[p:] = lb, ub
+            low[self._bounds], high[self._bounds] = lb, ub
             self._held = lb, ub
 
 
@@ -186,7 +219,7 @@ class OneSided:
 
     Attributes
     ----------
-    right : (p + g,) the first p are b, then the finite upper bounds, then the negated lower ones
+    right : (p + g,) the first p are b, then the finite upper bounds, the negated lower ones, and d
     """
 
     def __init__(self, qp: QP) -> None:
@@ -196,6 +229,7 @@ class OneSided:
         self._held = qp.lb[bounded], qp.ub[bounded]
         self._lower, self._upper = (np.flatnonzero(np.isfinite(side)) for side in self._held)
         self._middle = self._p + len(self._upper)
+        self._end = self._middle + len(self._lower)
         self.right = np.concatenate([np.zeros(self._p), qp.one_sided[1]])
 
     def put(self, b: FloatArray, lb: FloatArray, ub: FloatArray) -> None:
@@ -204,7 +238,7 @@ class OneSided:
         right[: self._p] = b
         if lb is not self._held[0] or ub is not self._held[1]:
             right[self._p : self._middle] = ub[self._upper]
-            np.negative(lb[self._lower], out=right[self._middle :])
+            np.negative(lb[self._lower], out=right[self._middle : self._end])
             self._held = lb, ub
 
 

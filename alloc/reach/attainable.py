@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from enum import IntEnum
+from functools import partial
 from math import comb
 from typing import NamedTuple
 
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from alloc.allocation import FloatArray, checked, checked_many
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.errors import NotApplicable, SolverError
-from alloc.reach.zonotope import facets, zonotope
+from alloc.reach.zonotope import candidates, facets, zonotope
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import limits_of
 from alloc.vehicle.current import checked_cap
@@ -114,8 +115,10 @@ def alpha_range(
         ]
         return -np.array(ends[0]), np.array(ends[1])
     if f_min is not None or f_max is not None:
-        return _range_within(vehicle, demands, *limits_of(vehicle, len(demands), f_min, f_max))
-    if comb(len(vehicle.working), max(vehicle.rank - 1, 0)) > FACETS:
+        limits = limits_of(vehicle, len(demands), f_min, f_max)
+        if not vehicle.azimuths:  # theirs are the vehicle's own
+            return _range_within(vehicle, demands, *limits)
+    if candidates(vehicle) > FACETS:
         low = [-alpha_max_lp(vehicle, -tau) for tau in demands]
         return np.array(low), np.array([alpha_max_lp(vehicle, tau) for tau in demands])
     z = zonotope(vehicle)
@@ -182,6 +185,13 @@ def closed_form_range(vehicle: Vehicle, taus: ArrayLike) -> tuple[FloatArray, Fl
         upper, lower = vehicle.f_max / f, vehicle.f_min / f
     high = np.where(f > 0, upper, np.where(f < 0, lower, np.inf)).min(axis=1)
     low = np.where(f > 0, lower, np.where(f < 0, upper, -np.inf)).max(axis=1)
+    if (rows := vehicle.half_planes) is not None:
+        along = f @ rows.A.T
+        along[np.abs(along) <= NOTHING * np.abs(f).max(axis=1, keepdims=True, initial=0.0)] = 0.0
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            ratio = rows.reach / along
+        high = np.minimum(high, np.where(along > 0, ratio, np.inf).min(axis=1))
+        low = np.maximum(low, np.where(along < 0, ratio, -np.inf).max(axis=1))
     outside = (vehicle.f_min > 0) | (vehicle.f_max < 0)
     missed = ((f == 0) & outside).any(axis=1) | (low > high)
     if vehicle.rank < vehicle.k:  # thrusts T* tau inside the limits need not push tau
@@ -227,6 +237,8 @@ def label(
     low, high = limits_of(vehicle, len(taus), f_min, f_max)
     f = taus @ generalized_inverse(vehicle).T
     clearance = np.minimum(high - f, f - low).min(axis=1)
+    if (rows := vehicle.half_planes) is not None:
+        clearance = np.minimum(clearance, (rows.reach - f @ rows.A.T).min(axis=1))
     inactive = clearance >= -INSIDE * vehicle.f_scale
     if cap is not None:
         inactive &= vehicle.draw(volts).amps(f).sum(axis=1) <= cap
@@ -264,16 +276,21 @@ def alpha_max_lp(
     if (low > high).any():
         return -np.inf
     thruster, length, slope = np.arange(vehicle.n), high - low, np.zeros(vehicle.n)
-    left: list[float] | None = None
+    rows: FloatArray | None = None
+    left: FloatArray | None = None
+    if vehicle.half_planes is not None:
+        rows = np.pad(vehicle.half_planes.A, ((0, 0), (0, 1)))
+        left = (vehicle.half_planes.reach - vehicle.half_planes.A @ low) / vehicle.f_scale
     if cap is not None:
-        draw = vehicle.draw(volts)
+        draw = vehicle.draw(volts)  # which no vehicle has whose thrusters turn
         thruster, length, slope = draw.pieces(low, high)
-        left = [checked_cap(cap) - float(draw.amps(low).sum())]
+        rows = np.append(slope * vehicle.f_scale, 0.0)[None]
+        left = np.array([checked_cap(cap) - float(draw.amps(low).sum())])
     T = vehicle.TP / vehicle.wrench_scale[:, None]
     begin = np.zeros(vehicle.k) if start is None else checked(start, vehicle.k) / vehicle.wrench_scale
     optimum = linprog(
         np.append(np.zeros(len(slope)), -float(moves)),
-        A_ub=None if left is None else np.append(slope * vehicle.f_scale, 0.0)[None],
+        A_ub=rows,
         b_ub=left,
         A_eq=np.hstack([T[:, thruster] * vehicle.f_scale, -direction[:, None]]),
         b_eq=begin - T @ low,
@@ -307,7 +324,10 @@ def beyond(vehicle: Vehicle) -> Beyond:
     so c'tau > h(c) proves that tau is infeasible, also for a c that is rounded. Every infeasible demand has
     such a c: the normal of a facet, or the step to the demand from the nearest wrench that is attainable,
     which is taken where the facets are too many. A demand beyond the edge by rounding only is not proven so.
+    Where thrusters turn the share of the demand that is attainable says it, beyond what rounding takes of it.
     """
+    if vehicle.azimuths:
+        return partial(_out_of_polygons, vehicle)
     scaled = vehicle.TP / vehicle.wrench_scale[:, None]
     lengths = np.linalg.norm(scaled, axis=0)
     normals: FloatArray | None = None
@@ -328,6 +348,11 @@ def beyond(vehicle: Vehicle) -> Beyond:
         return bool((wanted - farthest > doubt).any())
 
     return proven
+
+
+def _out_of_polygons(vehicle: Vehicle, tau: FloatArray, f_min: FloatArray, f_max: FloatArray) -> bool:
+    least, most = alpha_range(vehicle, tau[None])
+    return bool(most[0] < 1.0 - INSIDE or least[0] > 1.0 + INSIDE)
 
 
 def step_to(t: FloatArray, A: FloatArray, f_min: FloatArray, f_max: FloatArray) -> FloatArray:

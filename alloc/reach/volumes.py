@@ -16,6 +16,7 @@ from alloc.closed_forms.inverse import generalized_inverse
 from alloc.errors import NotApplicable, SolverError
 from alloc.reach.zonotope import zonotope
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
+from alloc.vehicle.azimuth import refuse_azimuths
 
 
 def attainable_volume(vehicle: Vehicle) -> float:
@@ -64,6 +65,7 @@ def closed_form_volume(vehicle: Vehicle) -> float:
     """
     from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
+    refuse_azimuths(vehicle.azimuths, "volume", "limits are polygons")
     scaled = vehicle.TP / vehicle.row_lengths[:, None]
     basis = np.linalg.svd(scaled)[0][:, : vehicle.rank]
     rows = (generalized_inverse(vehicle) * vehicle.row_lengths) @ basis  # f = rows y, tau = scale basis y
@@ -99,6 +101,7 @@ def safe_share(vehicle: Vehicle) -> float:
     support of the attainable set along each row of T*, s is the minimum over thrusters of f_max_i over
     max_f (T* T P f)_i and of f_min_i over min_f (T* T P f)_i. It is 0 where the limits exclude f = 0.
     """
+    refuse_azimuths(vehicle.azimuths, "share", "limits are polygons")
     M = generalized_inverse(vehicle) @ vehicle.TP
     ends = np.stack([M * vehicle.f_min, M * vehicle.f_max])
     share = 1.0
@@ -150,6 +153,7 @@ class _Tiles:
 
 
 def _tiles(vehicle: Vehicle) -> _Tiles:
+    refuse_azimuths(vehicle.azimuths, "volume", "the attainable set is no zonotope")
     z = zonotope(vehicle)
     columns = z.generators / vehicle.row_lengths[:, None]
     r, m = z.dimension, columns.shape[1]

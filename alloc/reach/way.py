@@ -6,8 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from alloc.allocation import BoolArray, FloatArray
+from alloc.errors import NotApplicable
+from alloc.reach.attainable import FACETS
 from alloc.reach.edge import edge, share, shares, slack_table, start
+from alloc.reach.zonotope import candidates, zonotope
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
+from alloc.vehicle.degeneracy import NOTHING
 
 Levels = Sequence[Sequence[str]]
 """Axes, in levels; each axis of the vehicle stands in one of them."""
@@ -133,6 +137,24 @@ class Departure(NamedTuple):
     size: FloatArray
 
 
+def polygon_edge(vehicle: Vehicle) -> tuple[FloatArray, Departure]:
+    """(M, k) outward normals of the set of thrusters that turn, in scaled wrench, and the start within it.
+
+    Raises NotApplicable for more than FACETS candidates.
+    """
+    if candidates(vehicle) > FACETS:
+        raise NotApplicable(
+            f"{vehicle.name}: polygons may span more than {FACETS} facets; give them fewer sides, or"
+            " take a method that needs none, as nullspace"
+        )
+    found = zonotope(vehicle)
+    proper = found.tolerance <= NOTHING  # the others span what no thruster pushes
+    f0 = start(vehicle.f_min, vehicle.f_max)
+    w = vehicle.TP.dot(f0)
+    slack = np.maximum(found.support - found.facets @ (w / found.scale), 0.0)[proper]
+    return found.facets[proper], Departure(w, slack, np.ones(()))
+
+
 class Way:
     """The way of one vehicle through given levels: from w = T P f0 towards a demand.
 
@@ -147,20 +169,25 @@ class Way:
         """Prepare facets and steps; raises NotApplicable for a vehicle with too many facets."""
         self.levels = tuple(map(tuple, levels))
         self.keep = tuple(keep)
-        found = edge(vehicle)
-        self._scale = found.scale
-        half = found.normals * found.scale
-        self._outward = np.vstack([half, -half])
-        self._slack_of = slack_table(found.push)
+        self._scale, self._only = vehicle.wrench_scale, None
+        if vehicle.azimuths:
+            self._outward, self._only = polygon_edge(vehicle)
+        else:
+            found = edge(vehicle)
+            half = found.normals * found.scale
+            self._outward = np.vstack([half, -half])
+            self._slack_of = slack_table(found.push)
         self._TP, self._f_scale = vehicle.TP, vehicle.f_scale
         self._rest, self._size = np.zeros(vehicle.k), np.ones(())
-        self._maps = step_maps(vehicle, levels) * (found.scale / found.scale[:, None])
+        self._maps = step_maps(vehicle, levels) * (self._scale / self._scale[:, None])
         self._unstopped, self._whole = self._if_nothing_stops()
         self._straight = vehicle.rank == vehicle.k
-        self.direct = self._straight and min(self.keep) == 1.0
+        self.direct = self._straight and min(self.keep) == 1.0 and self._only is None
 
     def departure(self, f_min: FloatArray, f_max: FloatArray) -> Departure:
-        """Start of the way within limits (n,), or (N, n) of N calls [N]."""
+        """Start of the way within limits (n,), or (N, n) of N calls [N]; where thrusters turn, their own."""
+        if self._only is not None:
+            return self._only
         if f_min.ndim == 1 and max(f_min.tolist()) <= 0.0 <= min(f_max.tolist()):  # the usual case, quickly
             return Departure(self._rest, self._slack_of.dot(np.concatenate((f_max, -f_min))), self._size)
         f0 = start(f_min, f_max)

@@ -8,11 +8,13 @@ generators, so the normals of all (r - 1)-subsets include that of every facet.
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations
+from math import comb
 
 import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
+from alloc.vehicle.azimuth import refuse_azimuths
 from alloc.vehicle.degeneracy import FLAT, NOTHING, independent
 
 
@@ -48,10 +50,14 @@ def zonotope(vehicle: Vehicle) -> Zonotope:
 
     Exact: support(c) = sum over thrusters of max(c'T_i f_min_i, c'T_i f_max_i) for every normal c. A
     normal to generators that nearly lie in fewer dimensions belongs to no facet; its inequality holds too.
+    Of a thruster that turns the sides of its polygon are generators, which span the facets as others do, and
+    its support is the largest over the polygon's corners; the set is then no zonotope.
     """
     scale = vehicle.wrench_scale
     center = vehicle.TP @ (vehicle.f_min + vehicle.f_max) / 2
     generators = vehicle.TP * (vehicle.f_max - vehicle.f_min) / 2
+    if vehicle.azimuths:
+        generators = vehicle.TP @ edges(vehicle) / 2
     generators = generators[:, generators.any(axis=0)]
     scaled = generators / scale[:, None]
     U, sigma, _ = np.linalg.svd(scaled)
@@ -62,6 +68,9 @@ def zonotope(vehicle: Vehicle) -> Zonotope:
     reach = np.concatenate([np.abs(normals @ scaled).sum(axis=1), np.zeros(len(across))])
     middle = half @ (center / scale)
     support = np.concatenate([middle + reach, reach - middle])
+    if vehicle.azimuths:
+        pushed = np.vstack([half, -half]) @ (vehicle.TP / scale[:, None])
+        support = farthest(vehicle, pushed)
     return Zonotope(
         facets=np.vstack([half, -half]),
         support=np.where(np.abs(support) <= NOTHING, 0.0, support),
@@ -71,6 +80,39 @@ def zonotope(vehicle: Vehicle) -> Zonotope:
         generators=generators,
         dimension=r,
     )
+
+
+def edges(vehicle: Vehicle) -> FloatArray:
+    """(n, m) edges of the sets of thrusts: widths of limits, and sides of polygons [N].
+
+    Of sides that are parallel the first stands for all.
+    """
+    turning = [i for azimuth in vehicle.azimuths for i in azimuth.components]
+    widths = np.delete(np.diag(vehicle.f_max - vehicle.f_min), turning, axis=1)
+    columns = [widths]
+    for azimuth in vehicle.azimuths:
+        sides = np.zeros((vehicle.n, len(azimuth.distinct)))
+        along = np.roll(azimuth.corners, -1, axis=0) - azimuth.corners
+        sides[azimuth.components] = along[azimuth.distinct].T
+        columns.append(sides)
+    return np.hstack(columns)
+
+
+def candidates(vehicle: Vehicle) -> int:
+    """Number of subsets of thrusters, or of edges where some turn, that may span a facet."""
+    count = edges(vehicle).shape[1] if vehicle.azimuths else len(vehicle.working)
+    return comb(count, max(vehicle.rank - 1, 0))
+
+
+def farthest(vehicle: Vehicle, along: FloatArray) -> FloatArray:
+    """Largest along'f (M,) within the vehicle's limits, for M rows ``along`` (M, n)."""
+    each = np.maximum(along * vehicle.f_min, along * vehicle.f_max)
+    for azimuth in vehicle.azimuths:
+        if vehicle.readiness[azimuth.first]:
+            each[:, azimuth.components] = 0.0
+            each[:, azimuth.first] = (along[:, azimuth.components] @ azimuth.corners.T).max(axis=1)
+    most: FloatArray = each.sum(axis=1)
+    return most
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -92,6 +134,7 @@ class Facets:
 @lru_cache(maxsize=256)  # limits of one log leave a choice to few different sets of thrusters
 def facets(vehicle: Vehicle, choosing: tuple[int, ...]) -> Facets:
     """The facets where exactly the thrusters ``choosing`` have f_min < f_max."""
+    refuse_azimuths(vehicle.azimuths, "facets within limits of a call", "limits are polygons")
     scaled = vehicle.TP / vehicle.wrench_scale[:, None]
     columns = scaled[:, list(choosing)]
     U, sigma, _ = np.linalg.svd(columns)

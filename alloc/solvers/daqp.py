@@ -42,7 +42,7 @@ INFINITE, EQUALITY = 1e30, 5  # in DAQP's conventions
 
 
 def prepare(qp: QP, start: Start, level: Level) -> Solve:
-    """Bounds come first, then the rows of A, marked as equalities."""
+    """Bounds come first, then the rows of A, marked as equalities, then the sides."""
     import daqp
 
     p, m = qp.A.shape
@@ -50,22 +50,24 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     held = qp.lb[bounded], qp.ub[bounded]
     # Thrusts come first among the variables, and writing a slice is quicker than writing by indices.
     place = slice(len(bounded)) if len(bounded) == bounded[-1] + 1 else bounded
-    H, A = np.ascontiguousarray(qp.H), np.ascontiguousarray(qp.A)
+    C, d = qp.sides or (np.zeros((0, m)), np.zeros(0))
+    H, A, rows = np.ascontiguousarray(qp.H), np.ascontiguousarray(qp.A), slice(m, m + p)
     # Set-up fails where variables with equal bounds contradict the equations: start from equations that hold.
     met = A @ np.clip(0.0, qp.lb, qp.ub)
-    low = np.concatenate([np.maximum(qp.lb, -INFINITE), met])
-    high = np.concatenate([np.minimum(qp.ub, INFINITE), met])
-    sense = np.array([0] * m + [EQUALITY] * p, dtype=np.intc)
+    low = np.concatenate([np.maximum(qp.lb, -INFINITE), met, np.full(len(d), -INFINITE)])
+    high = np.concatenate([np.minimum(qp.ub, INFINITE), met, d])
+    sense = np.array([0] * m + [EQUALITY] * p + [0] * len(d), dtype=np.intc)
+    left = np.vstack([A, C])
 
     def set_up() -> tuple[Any, int]:
         model = daqp.Model()
         model.settings = SETTINGS[level]
-        flag, _ = model.setup(H, qp.g, A, high, low, sense)
+        flag, _ = model.setup(H, qp.g, left, high, low, sense)
         return model, flag
 
     def put(b: FloatArray, lb: FloatArray, ub: FloatArray) -> None:
         nonlocal held
-        low[m:] = high[m:] = b
+        low[rows] = high[rows] = b
         if lb is not held[0] or ub is not held[1]:
             low[place], high[place] = lb, ub
             held = lb, ub
@@ -79,7 +81,7 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
 
     def reused(model: Any, b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
         if lb is held[0] and ub is held[1]:
-            low[m:] = high[m:] = b
+            low[rows] = high[rows] = b
         else:
             put(b, lb, ub)
         model.update(bupper=high, blower=low, sense=sense)  # a `sense` drops the last active set

@@ -91,14 +91,16 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     from scipy.sparse import csc_matrix
 
     p, m = qp.A.shape
-    lower, A = csc_matrix(np.tril(qp.H)), csc_matrix(qp.A)
+    C, d = qp.sides or (np.zeros((0, m)), np.zeros(0))
+    stacked, below = np.vstack([qp.A, C]), np.full(len(d), -highspy.kHighsInf)
+    lower, A = csc_matrix(np.tril(qp.H)), csc_matrix(stacked)
     problem = highspy.HighsModel()
     hessian, lp = problem.hessian_, problem.lp_
     hessian.dim_, hessian.start_, hessian.index_, hessian.value_ = m, lower.indptr, lower.indices, lower.data
-    lp.num_col_, lp.num_row_ = m, p
+    lp.num_col_, lp.num_row_ = m, p + len(d)
     lp.col_cost_ = qp.g
     matrix = lp.a_matrix_
-    matrix.format_, matrix.num_row_, matrix.num_col_ = highspy.MatrixFormat.kColwise, p, m
+    matrix.format_, matrix.num_row_, matrix.num_col_ = highspy.MatrixFormat.kColwise, p + len(d), m
     matrix.start_, matrix.index_, matrix.value_ = A.indptr, A.indices, A.data
     rows, columns = np.arange(p, dtype=np.int32), qp.bounded.astype(np.int32)
     low, high = qp.lb.copy(), qp.ub.copy()
@@ -107,11 +109,11 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
 
     def borne_out(x: FloatArray, given: Any) -> bool:
         gradient = H.dot(x) + qp.g
-        left = gradient - np.dot(given.row_dual, qp.A) - given.col_dual
+        left = gradient - np.dot(given.row_dual, stacked) - given.col_dual
         return bool(np.abs(left).max() <= DENIED * np.abs(gradient).max() + ROUNDING)
 
     def set_up(b: FloatArray) -> Any:
-        lp.row_lower_ = lp.row_upper_ = b
+        lp.row_lower_, lp.row_upper_ = np.concatenate([b, below]), np.concatenate([b, d])
         lp.col_lower_, lp.col_upper_ = low, high
         model = highspy.Highs()
         for key, value in SETTINGS[level].items():

@@ -96,7 +96,7 @@ def problem(qp: QP) -> dict[str, Any]:
     from scipy.sparse import csc_matrix, vstack
 
     sides = TwoSided(qp)
-    rows = vstack([csc_matrix(qp.A), csc_matrix(np.eye(len(qp.g))[qp.bounded])], format="csc")
+    rows = vstack([csc_matrix(qp.A), csc_matrix(qp.two_sided)], format="csc")
     return {"P": csc_matrix(np.triu(qp.H)), "q": qp.g, "A": rows, "l": sides.low, "u": sides.high}
 
 

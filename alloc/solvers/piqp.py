@@ -54,6 +54,7 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     import piqp
 
     H, A = np.asfortranarray(qp.H), np.asfortranarray(qp.A)
+    sides = {} if qp.sides is None else {"G": np.asfortranarray(qp.sides[0]), "h_u": qp.sides[1]}
 
     bounded = qp.bounded
     low, high = qp.lb.copy(), qp.ub.copy()
@@ -63,7 +64,7 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
         model = piqp.DenseSolver()
         for key, value in SETTINGS[level].items():
             setattr(model.settings, key, value)
-        model.setup(H, qp.g, A, b, x_l=low, x_u=high)
+        model.setup(H, qp.g, A, b, x_l=low, x_u=high, **sides)
         return model
 
     def cold(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:

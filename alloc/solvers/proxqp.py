@@ -34,6 +34,9 @@ TOLERANCE: dict[str, dict[Level, float]] = {
 # where it finds no answer, the last bits decide whether it ends at the cap or says infeasible.
 ERRATIC = True
 
+INFINITE = 1e20
+"""ProxQP's number for no limit."""
+
 STATUS = {
     "PROXQP_SOLVED": Status.SOLVED,
     "PROXQP_SOLVED_CLOSEST_PRIMAL_FEASIBLE": Status.INFEASIBLE,  # the answer is that of a shifted problem
@@ -55,13 +58,18 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
 
     p, m = qp.A.shape
     bounded = qp.bounded
-    rows, low, high = np.eye(m)[bounded], qp.lb[bounded], qp.ub[bounded]
+    rows, low, high = qp.two_sided, qp.lb[bounded], qp.ub[bounded]
+    d = np.zeros(0) if qp.sides is None else qp.sides[1]
+    below = np.full(len(d), -INFINITE)
+
+    def with_sides(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return (np.concatenate([low, below]), np.concatenate([high, d])) if len(d) else (low, high)
 
     def set_up(b: FloatArray) -> Any:
-        model = proxqp.dense.QP(m, p, len(bounded))
+        model = proxqp.dense.QP(m, p, len(rows))
         for key, value in SETTINGS[level].items():
             setattr(model.settings, key, value)
-        model.init(qp.H, qp.g, qp.A, b, rows, low, high)
+        model.init(qp.H, qp.g, qp.A, b, rows, *with_sides(low, high))
         return model
 
     def cold(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
@@ -74,14 +82,15 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     if start == "cold":
         return cold
     model = set_up(np.zeros(p))
-    guess = np.zeros(m), np.zeros(p), np.zeros(len(bounded))
+    guess = np.zeros(m), np.zeros(p), np.zeros(len(rows))
 
     def put(b: FloatArray, lb: FloatArray, ub: FloatArray) -> None:
         nonlocal low, high
         if lb is low and ub is high:
             model.update(b=b)
         else:
-            model.update(b=b, l=lb, u=ub)
+            lower, upper = with_sides(lb, ub)
+            model.update(b=b, l=lower, u=upper)
             low, high = lb, ub
 
     def reused(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:

@@ -51,7 +51,7 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     sides = TwoSided(qp)
     data = qpalm.Data(m, len(sides.low))
     data.Q, data.q = csc_matrix(qp.H), qp.g
-    data.A = csc_matrix(np.vstack([qp.A, np.eye(m)[qp.bounded]]))
+    data.A = csc_matrix(np.vstack([qp.A, qp.two_sided]))
     settings = qpalm.Settings()
     for key, value in SETTINGS[level].items():
         setattr(settings, key, value)

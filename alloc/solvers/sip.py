@@ -50,6 +50,7 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     import sip_qp_python as sip
     from scipy.sparse import csc_matrix, csr_matrix
 
+    qp.refuse_sides("sip")
     p, m = qp.A.shape
     settings = sip.Settings()
     for path, value in SETTINGS[level].items():

@@ -41,7 +41,7 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     from superADMM import superADMM
 
     sides = TwoSided(qp)
-    P, A = np.asfortranarray(qp.H), np.asfortranarray(np.vstack([qp.A, np.eye(len(qp.g))[qp.bounded]]))
+    P, A = np.asfortranarray(qp.H), np.asfortranarray(np.vstack([qp.A, qp.two_sided]))
     options = SETTINGS[level]
     guess: tuple[FloatArray | None, FloatArray | None] = None, None
 

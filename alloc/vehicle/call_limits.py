@@ -1,11 +1,12 @@
 """Limits that come with each call, checked."""
 
 from collections.abc import Callable
-from functools import lru_cache
+from functools import lru_cache, partial
 from math import hypot
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from alloc.allocation import (
     FLOAT64,
@@ -18,6 +19,7 @@ from alloc.allocation import (
     real,
 )
 from alloc.errors import DemandError
+from alloc.vehicle.azimuth import refuse_azimuths
 from alloc.vehicle.condition import wrench_doubt
 from alloc.vehicle.limits import Interval
 from alloc.vehicle.model import Vehicle
@@ -49,6 +51,9 @@ def at_call(vehicle: Vehicle, *, held: bool = False) -> AtCall:
 
     shape = (n,)
 
+    if vehicle.azimuths:
+        return partial(_own, vehicle)
+
     def limits(f_min: ArrayLike | None, f_max: ArrayLike | None) -> Interval:
         low = own_min if f_min is None else f_min
         high = own_max if f_max is None else f_max
@@ -69,6 +74,18 @@ def at_call(vehicle: Vehicle, *, held: bool = False) -> AtCall:
     return limits
 
 
+def _own(vehicle: Vehicle, f_min: ArrayLike | None, f_max: ArrayLike | None) -> Interval:
+    """The box of a vehicle with azimuths; raises NotApplicable where a call has another."""
+    given = ((f_min, vehicle.f_min), (f_max, vehicle.f_max))
+    if any(side is not None and not _equal(np.asarray(side), own) for side, own in given):
+        refuse_azimuths(vehicle.azimuths, "f_min, f_max of a call", "limits are polygons")
+    return vehicle.f_min, vehicle.f_max
+
+
+def _equal(given: NDArray[Any], own: FloatArray) -> bool:
+    return given.shape[-1:] == own.shape and bool((given == own).all())
+
+
 def _cut(low: FloatArray, high: FloatArray, most: float, held: bool) -> Interval:
     if held:
         return np.maximum(low, np.minimum(-most, high)), np.minimum(high, np.maximum(most, low))
@@ -82,6 +99,8 @@ def limits_of(
 
     Each is (n,) for all calls or (count, n); otherwise as ``at_call``.
     """
+    if vehicle.azimuths:
+        _own(vehicle, f_min, f_max)
     n = vehicle.n
     low = vehicle.f_min if f_min is None else _side(f_min, "f_min", n, count)
     high = vehicle.f_max if f_max is None else _side(f_max, "f_max", n, count)

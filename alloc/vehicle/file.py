@@ -14,6 +14,8 @@ from alloc.files.keys import convert
 from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle import Vehicle
 from alloc.vehicle.autopilot import make_autopilot, mixer_frame
+from alloc.vehicle.azimuth import refuse_azimuths
+from alloc.vehicle.azimuth_file import check_directions, expand
 from alloc.vehicle.checks import SINGULAR
 from alloc.vehicle.current_file import read_cap, with_currents
 from alloc.vehicle.esc_file import LARGEST_COMMAND, curve_limits, escs, voltage_table, with_curve_read
@@ -32,13 +34,14 @@ LONGEST_NAME = 60
 
 def build_vehicle(keys: VehicleFile) -> Vehicle:
     """The Vehicle that a file's keys describe; raises VehicleError."""
+    (keys, azimuths), names = expand(keys), _names(keys)
     T, computed = matrices(keys)
     if computed is not None:
         for contradiction in contradictions(T, computed, keys.dof, called(keys, T.shape[1])):
             raise VehicleError(f"T: {contradiction}; correct the one that is wrong, or leave it out", "T")
     vehicle = vehicle_with(keys, T)
-    published, names = suspects(keys, vehicle.n), called(keys, vehicle.n)
-    for i, refusal in refusals(T, keys.dof, reaction_torques(keys, vehicle.n), names).items():
+    published, known = suspects(keys, vehicle.n), called(keys, vehicle.n)
+    for i, refusal in refusals(T, keys.dof, reaction_torques(keys, vehicle.n), known).items():
         if i not in published:
             raise VehicleError(f"T: {refusal}; to take it as published, write 'suspect: [{i}]'", "T")
     meant = keys.rank if keys.rank is not None else vehicle.k
@@ -51,7 +54,7 @@ def build_vehicle(keys: VehicleFile) -> Vehicle:
     if len(vehicle.weak) == vehicle.k:
         key = "survey" if keys.weak == "auto" else "weak"
         raise VehicleError(f"{key}: {ALL_WEAK}", key)
-    return vehicle
+    return replace(vehicle, azimuths=azimuths, names=names) if azimuths else vehicle
 
 
 def matrices(keys: VehicleFile) -> tuple[FloatArray, FloatArray | None]:
@@ -228,14 +231,8 @@ def _from_poses(keys: VehicleFile) -> FloatArray:
     thrusters = keys.thrusters
     if not thrusters:
         raise VehicleError("thrusters: the list is empty; give one entry a thruster", "thrusters")
+    check_directions(thrusters)
     directions = np.array([t.direction for t in thrusters])
-    lengths = np.linalg.norm(directions, axis=1)
-    i = int(np.argmax(np.abs(lengths - 1)))
-    if abs(lengths[i] - 1) > 1e-3:  # published unit vectors carry three digits or more
-        key = f"thrusters[{i}].direction"
-        unit_vector = directions[i] / lengths[i] if 0 < lengths[i] < np.inf else np.eye(3)[0]
-        entries = ", ".join(f"{entry:.4g}" for entry in unit_vector)
-        raise VehicleError(f"{key} has length {lengths[i]:.4g}; give a unit vector, as [{entries}]", key)
     positions = np.array([t.position for t in thrusters])
     moments = reaction_torques(keys, len(thrusters))
     return pose_matrix(positions, directions, np.array(keys.center_of_mass), moments)
@@ -325,9 +322,9 @@ class Document:
         return VehicleError(error.what, error.key, path=self.tree.path, line=self.tree.lines.get(error.key))
 
 
-def list_vehicles() -> tuple[str, ...]:
-    """Names of the shipped vehicles, sorted."""
-    folder = resources.files("alloc") / "vehicles"
+def list_vehicles(*, azimuths: bool = False) -> tuple[str, ...]:
+    """Names of the shipped vehicles, sorted: those of fixed thrusters, or with ``azimuths`` the others."""
+    folder = resources.files("alloc") / "vehicles" / ("azimuth" if azimuths else "")
     return tuple(sorted(f.name.removesuffix(".yaml") for f in folder.iterdir() if f.name.endswith(".yaml")))
 
 
@@ -344,15 +341,31 @@ def load_vehicle(name: str | Path) -> Vehicle:
         raise document.located(error) from None
 
 
+def load_fixed_vehicle(name: str | Path) -> Vehicle:
+    """A vehicle as ``load_vehicle`` finds it, for what takes none whose thrusters turn.
+
+    Raises NotApplicable where one does, else as ``load_vehicle``.
+    """
+    vehicle = load_vehicle(name)
+    refuse_azimuths(vehicle.azimuths, f"{name}", "this command knows limits that are boxes")
+    return vehicle
+
+
 def find_file(name: str | Path) -> Path:
     """The file behind a shipped name or a path; raises UnknownName."""
     text = str(name)
-    if text in list_vehicles():
-        return Path(str(resources.files("alloc") / "vehicles" / f"{text}.yaml"))
+    for folder, azimuths in (("", False), ("azimuth", True)):
+        if text in list_vehicles(azimuths=azimuths):
+            return Path(str(resources.files("alloc") / "vehicles" / folder / f"{text}.yaml"))
     path = Path(text)
     if path.suffix in (".yaml", ".yml") or "/" in text or _exists(path):
         return path
-    raise unknown("vehicle", text, list_vehicles(), "; or give the path of a .yaml file")
+    raise unknown(
+        "vehicle",
+        text,
+        [*list_vehicles(), *list_vehicles(azimuths=True)],
+        "; or give the path of a .yaml file",
+    )
 
 
 def read_document(path: Path) -> Document:

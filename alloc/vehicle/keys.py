@@ -132,6 +132,28 @@ class SurveyKeys(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True)
     relative: float | None = None
 
 
+class AzimuthKeys(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """Forces that a thruster gives which turns about the axis z, as a vehicle file has them.
+
+    Attributes
+    ----------
+    max, min : largest and smallest force [N]
+    sector_deg : angles of force from x towards y, from and to [deg]
+    forbidden_deg : zones that are left out of the sector, each from and to [deg]
+    sides : of the polygon that stands for the whole disc
+    """
+
+    max: float
+    min: float = 0.0
+    sector_deg: tuple[float, float] = (-180.0, 180.0)
+    forbidden_deg: list[tuple[float, float]] = []
+    sides: int = 16
+
+
+MISSING = (0.0, 0.0, 0.0)
+"""Direction of a thruster whose file gives none: this very object."""
+
+
 class Thruster(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     """One thruster at a pose.
 
@@ -140,11 +162,13 @@ class Thruster(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     position : where the thruster sits [m]
     direction : unit vector along which positive thrust pushes the vehicle [-]
     name : what people call it, as ``--fault`` and every table do then
+    azimuth : forces of one that turns, in place of a direction
     """
 
     position: tuple[float, float, float]
-    direction: tuple[float, float, float]
+    direction: tuple[float, float, float] = MISSING
     name: str = ""
+    azimuth: AzimuthKeys | None = None
 
 
 Axis = Literal["surge", "sway", "heave", "roll", "pitch", "yaw"]
@@ -157,8 +181,8 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     ----------
     name : label in tables
     dof : controlled degrees of freedom, the rows of T
-    f_min, f_max : limits, one number for all thrusters or one for each [N]; left out, the ends of the curve
-        in ``esc``
+    f_min, f_max : limits, one number for all thrusters or one for each that does not turn [N]; left out, the
+        ends of the curve in ``esc``
     source : where the numbers come from
     planar : poses in the horizontal plane
     T : rows of the (k, n) configuration matrix; force rows [-], moment rows [m]

@@ -11,6 +11,15 @@ from numpy.typing import ArrayLike, NDArray
 from alloc.allocation import FloatArray, IndexArray
 from alloc.errors import DemandError, VehicleError
 from alloc.vehicle.autopilot import Autopilot
+from alloc.vehicle.azimuth import (
+    Azimuth,
+    HalfPlanes,
+    actuators,
+    bounding_box,
+    check_azimuths,
+    half_planes,
+    refuse_azimuths,
+)
 from alloc.vehicle.checks import ARRAYS, check_parts, check_shapes, check_values, checked_array
 from alloc.vehicle.current import Cap, Draw
 from alloc.vehicle.degeneracy import RANK_TOLERANCE, independent
@@ -52,7 +61,7 @@ class Vehicle:
     by_volts : limits by the battery's voltage, None where nothing says
     priority : axes in levels, those that are served first in front; given empty, one level with all axes
     groups : axes in groups that are scaled together; empty for those that share thrusters
-    names : (n,) what people call each thruster, "" for one without a name; empty where none has one
+    names : what people call each thruster, "" for one without a name; empty where none has one
     frame : of T and of every wrench: frd (x ahead, y to starboard, z down) or flu (x ahead, y to port, z up)
     esc : (n,) what stands between each thrust and the wire; empty where nothing says
     cap : on what all thrusters draw together, for calls to be given; None where nothing says
@@ -63,6 +72,8 @@ class Vehicle:
     autopilot : what mixes today, None where nothing says
     units : (k,) lengths that rows of T count with; None where these are their own
     poses : (6, n) all six rows that poses make, uncontrolled axes too; None where T is all that is known
+    azimuths : thrusters that turn; of each, two components of f and all (n,) and (k, n) that goes with them
+        are of forces along x and y, whose limits are those of the smallest box around its polygon
     """
 
     name: str
@@ -89,6 +100,7 @@ class Vehicle:
     poses: FloatArray | None = None
     cap: Cap | None = None
     inertia: FloatArray | None = None
+    azimuths: tuple[Azimuth, ...] = ()
 
     def __post_init__(self) -> None:
         """Freeze private copies of the arrays; raise VehicleError where they describe no vehicle."""
@@ -99,9 +111,13 @@ class Vehicle:
         checked_frame(self.frame)
         check_shapes(self.name, self.dof, arrays)
         n = len(arrays["f_min"])
-        check_names(self.names, n)
+        check_names(self.names, len(actuators(self.azimuths, n)))
         object.__setattr__(self, "priority", checked_priority(self.priority, self.dof))
         object.__setattr__(self, "groups", checked_levels(self.groups, self.dof, "groups", "group"))
+        if self.azimuths:
+            others = (self.slew, self.by_volts, self.autopilot, self.cap, *self.esc)
+            check_azimuths(self.name, self.azimuths, arrays["readiness"], others)
+            bounding_box(self.azimuths, arrays["f_min"], arrays["f_max"])
         for key in ("f_min", "f_max"):  # a thruster that is off gives 0, however the vehicle was made
             arrays[key] = np.where(arrays["readiness"] == 0, 0.0, arrays[key])
         check_values(self.name, self.names, arrays)
@@ -119,8 +135,18 @@ class Vehicle:
 
     @property
     def n(self) -> int:
-        """Number of thrusters, those that are off included."""
+        """Number of thrusters, those that are off included; one that turns counts twice, as it does in f."""
         return len(self.f_min)
+
+    @cached_property
+    def actuators(self) -> tuple[tuple[int, ...], ...]:
+        """The components of f of each thruster: one, or two, along x and y, of one that turns."""
+        return actuators(self.azimuths, self.n)
+
+    @cached_property
+    def half_planes(self) -> HalfPlanes | None:
+        """Limits A f <= reach of thrusters that turn and work; None where there is none."""
+        return half_planes(self.azimuths, self.readiness)
 
     def called(self, thruster: int) -> str:
         """A thruster in words: its name, or ``thruster 4`` where it has none."""
@@ -128,7 +154,7 @@ class Vehicle:
 
     def index(self, thruster: int | str) -> int:
         """Index of a thruster given by index or by name; raises VehicleError where there is none such."""
-        return index_of(thruster, self.names, self.n, self.name)
+        return index_of(thruster, self.names, len(self.actuators), self.name)
 
     @cached_property
     def working(self) -> IndexArray:
@@ -152,7 +178,8 @@ class Vehicle:
     @property
     def faults(self) -> tuple[tuple[int, float], ...]:
         """Each thruster that is not fully ready, with its readiness: 0 off, below 1 weakened [-]."""
-        return tuple((i, p) for i, p in enumerate(self.readiness.tolist()) if p != 1.0)
+        ready = self.readiness.tolist()
+        return tuple((i, ready[j]) for i, (j, *_) in enumerate(self.actuators) if ready[j] != 1.0)
 
     @property
     def nullity(self) -> int:
@@ -284,6 +311,7 @@ class Vehicle:
         VehicleError where the vehicle has no table or no slew rates, DemandError for a voltage outside of the
         table, and for what is no thrusts, no time or no thruster.
         """
+        refuse_azimuths(self.azimuths, "limits", "those of a moment are boxes")
         own = self.f_min, self.f_max
         low, high = of_a_moment(self.name, own, self.by_volts, self.slew, volts, f_previous, dt)
         still = self.readiness == 0
@@ -361,7 +389,8 @@ class Vehicle:
         above 0 of a thruster that is off, whose limits are no longer known.
         """
         i = self.index(thruster)
-        if self.readiness[i] == 0:
+        components = list(self.actuators[i])
+        if self.readiness[components[0]] == 0:
             if readiness == 0:
                 return self
             raise VehicleError(
@@ -369,7 +398,7 @@ class Vehicle:
                 "on which it still works"
             )
         P = self.readiness.copy()
-        P[i] = readiness
+        P[components] = readiness
         suffix = f"-f{i}" if readiness == 0 else f"-f{i}@{readiness:g}"
         return replace(self, name=self.name + suffix, readiness=P, whole=self.whole or self.name)
 
@@ -379,6 +408,8 @@ class Vehicle:
         The same demand, turned, gives the same thrusts. Raises VehicleError for another frame.
         """
         wanted = checked_frame(frame)
+        if wanted != self.frame:
+            refuse_azimuths(self.azimuths, "frame", "polygons are not turned; write the file anew")
         T, poses = turned(self.T, self.dof), None if self.poses is None else turned(self.poses, DOF)
         return self if wanted == self.frame else replace(self, T=T, poses=poses, frame=wanted)
 

@@ -66,6 +66,9 @@ def command(
     With --cap the thrusters draw no more together, by the vehicle's `esc.current` at the row's voltage or the
     nominal one, and shares say what is left of the demand. Methods that take no cap refuse it.
 
+    Of a thruster that turns f has two columns, along x and y; behind all others stand force0 [N] and angle0
+    [deg], from x towards y, of the thruster's number in the file.
+
     Where a plug-in's answer is wrong by the equations, nothing is written and a line says which: asked are
     wrench, limits and shares. Whether it is the optimum that FORMULATION promises, `run` says.
     """
@@ -92,6 +95,10 @@ def command(
         if fault == EACH:
             raise click.UsageError("--fault each: thrusts are of one vehicle; name one thruster")
         (answering,) = with_fault(answering, fault)
+    if names:
+        from alloc.vehicle.azimuth import refuse_azimuths
+
+        refuse_azimuths(answering.azimuths, "--names", "columns are of components")
     log = log_for(answering, demands, read_options(**options))
     lows, highs = row_limits(demands, log.columns, answering)
     if esc:
@@ -131,6 +138,10 @@ def command(
         wired, doubt = esc_columns(
             answering, answers, log.t, log.columns.get("volts"), lows, highs, frame, caps
         )
+    if answering.azimuths:
+        from bench.inputs.demand_csv import polar_columns
+
+        wired = polar_columns(answering, answers)
     text = format_thrusts(answers, header, wired, frame=frame)
     if output is None:
         echo(text, nl=False)

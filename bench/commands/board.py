@@ -46,14 +46,14 @@ def command(
     if log is not None:
         return _read(log, out, name)
     assert vehicle is not None
-    from alloc import load_vehicle
+    from alloc.vehicle.file import load_fixed_vehicle
     from bench.chips import esc, kernels
     from bench.chips.board.project import plan, write
     from bench.chips.study import CLASSES
     from bench.results.text import cut_note, plural
 
     scalar: Literal["double", "float"] = "float" if single else "double"
-    asked = load_vehicle(vehicle)
+    asked = load_fixed_vehicle(vehicle)
     wanted = kernels.as_c(methods) or (*kernels.methods(), *[esc.METHOD] * bool(asked.esc))
     project = plan(asked, wanted, demands or CLASSES, scalar, limits, n, seed, faults)
     write(project, out)

@@ -57,6 +57,7 @@ def command(
     from alloc.lint.probe import as_text, probes
     from alloc.lint.report import as_table, to_json
     from alloc.methods.px4 import unit_outputs
+    from alloc.vehicle.azimuth import refuse_azimuths
     from bench.judging.current import fit_text
     from bench.judging.weak import weak_lines
 
@@ -69,6 +70,9 @@ def command(
         raise click.UsageError("--fit-current is text; leave out --json")
     report = check_vehicle(vehicle, autopilot)
     drawn, mounting = _read(report.path, autopilot) if report.facts is not None else (None, None)
+    if drawn is not None and (probe or failures or log or autopilot or picture):
+        what = "--probe, --failures, --fit-current, --autopilot and --picture"
+        refuse_azimuths(drawn.azimuths, what, "they know thrusters along a line")
     tried = probes(drawn) if probe and drawn is not None else None
     echo(to_json(report, tried) if as_json else as_table(report))
     for line in weak_lines(drawn) if drawn is not None and not as_json else []:
@@ -99,12 +103,14 @@ def command(
     return 0
 
 
-def _read(file: Path, autopilot: str) -> "tuple[Vehicle, Mounting]":
-    """The vehicle of a file that has no error in T or limits, and where its thrusters stand."""
+def _read(file: Path, autopilot: str) -> "tuple[Vehicle, Mounting | None]":
+    """The vehicle of a file without an error in T or limits, and its poses; None where thrusters turn."""
     from alloc.lint.autopilot import choose
-    from alloc.vehicle.file import matrices, poses, read_document, vehicle_with
+    from alloc.vehicle.file import build_vehicle, matrices, poses, read_document, vehicle_with
 
     keys = read_document(file).keys
+    if any(thruster.azimuth for thruster in keys.thrusters or ()):
+        return build_vehicle(keys), None
     if autopilot:
         keys.autopilot = choose(autopilot, keys.autopilot)
     T, _ = matrices(keys)

@@ -61,13 +61,14 @@ def command(
     Header, source, self-test, and a page on how to call it. With --library it is libthrustbench, for vehicles
     whose matrix is known when they boot.
     """
-    from alloc import generate, load_vehicle
+    from alloc import generate
     from alloc import library as made_at_boot
     from alloc.files.textfile import write_folder
     from alloc.lint.isolation import assumed_noise
+    from alloc.vehicle.file import load_fixed_vehicle
 
     scalar: Literal["double", "float"] = "float" if single else "double"
-    known = load_vehicle(vehicle) if vehicle else None
+    known = load_fixed_vehicle(vehicle) if vehicle else None
     if noise and not monitor:
         raise click.UsageError("--noise is of --monitor; give that too")
     if library:

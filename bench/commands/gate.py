@@ -76,7 +76,7 @@ def command(
     from alloc.discovery import plugin_name
     from alloc.errors import UnknownName
     from alloc.files.textfile import write_text
-    from alloc.vehicle.file import find_file
+    from alloc.vehicle.file import find_file, load_fixed_vehicle
     from bench.gate import trees
     from bench.gate.record import DEFAULT_CELLS, METHODS, VEHICLES, GateSettings, restrict_patterns
     from bench.gate.run import gate
@@ -88,6 +88,8 @@ def command(
         raise click.UsageError("give HEAD or --head-path, not both")
     if base_path and not head and not head_path:
         raise click.UsageError("--base-path needs HEAD or --head-path beside it")
+    for vehicle in vehicles:
+        load_fixed_vehicle(vehicle)
     sides = (
         trees.folder(base_path) if base_path else trees.revision(repo, str(base)),
         trees.folder(head_path) if head_path else trees.revision(repo, head or "HEAD"),

@@ -29,6 +29,7 @@ def command(name: str, like: str, language: str) -> None:
     """
     from alloc.errors import FileError
     from alloc.files.textfile import write_text
+    from alloc.vehicle.azimuth import refuse_azimuths
     from alloc.vehicle.file import build_vehicle, find_file, read_document
     from bench.inputs import starter
 
@@ -41,6 +42,7 @@ def command(name: str, like: str, language: str) -> None:
     keys = starter.like(name, read_document(find_file(like)).keys, like) if like else _asked(name)
     text = starter.commented(keys)
     vehicle = build_vehicle(keys)
+    refuse_azimuths(vehicle.azimuths, f"--like {like}", "nothing else in the folder would take them")
     write_text(vehicle_file, text)
     write_text(demands, starter.first_demands(vehicle))
     for file, text in methods.items():

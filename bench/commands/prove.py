@@ -59,8 +59,9 @@ def command(
     from os import cpu_count
     from signal import SIG_DFL, SIGTERM, signal
 
-    from alloc import AllocError, NotApplicable, catalogue, list_vehicles, load_vehicle
+    from alloc import AllocError, NotApplicable, catalogue, list_vehicles
     from alloc.files.textfile import write_folder
+    from alloc.vehicle.file import load_fixed_vehicle
     from bench.proof import prove_library, subject, summary, tools, write
     from bench.proof.safety import esc
     from bench.proof.worst import counted_before
@@ -71,7 +72,7 @@ def command(
             raise click.UsageError(
                 "--library goes with --vehicle (one), --float and --out; leave out the others."
             )
-        room = load_vehicle(vehicles[0]) if vehicles else None
+        room = load_fixed_vehicle(vehicles[0]) if vehicles else None
         tools.need("frama-c")
         write_folder(out, {})
         shown, files = prove_library(scalar, room, lambda step: echo(f"library: {step} ...", err=True))
@@ -79,7 +80,7 @@ def command(
         echo(f"{out / 'proof.md'}: {shown.least}, {shown.seconds:.0f} s")
         return 0 if shown.safe else 3
     kernels = {entry.name: entry.twin for entry in catalogue() if entry.twin}
-    loaded = [load_vehicle(name) for name in vehicles or list_vehicles()]
+    loaded = [load_fixed_vehicle(name) for name in vehicles or list_vehicles()]
     wanted = [kernels.get(name, name) for name in methods or kernels]
     subjects = []
     for vehicle in loaded:

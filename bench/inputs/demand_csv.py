@@ -13,6 +13,7 @@ from alloc import Allocation, Status, Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from alloc.vehicle import LARGEST
+from alloc.vehicle.azimuth import polar
 from alloc.vehicle.esc import Made
 from alloc.vehicle.frame import turned
 from alloc.vehicle.geometry import MOMENTS
@@ -319,6 +320,16 @@ def format_thrusts(
         for i, a in enumerate(answers)
     )
     return csv_text(columns, rows)
+
+
+def polar_columns(vehicle: Vehicle, answers: Sequence[Allocation]) -> dict[str, list[float]]:
+    """Columns force0 [N] and angle0 [deg] of each thruster that turns, by its number; NaN without thrusts."""
+    force, angle = polar(vehicle.azimuths, np.array([answer.f for answer in answers]).reshape(-1, vehicle.n))
+    numbers = [i for i, components in enumerate(vehicle.actuators) if len(components) > 1]
+    columns: dict[str, list[float]] = {}
+    for number, forces, angles in zip(numbers, force.T, angle.T, strict=True):
+        columns |= {f"force{number}": forces.tolist(), f"angle{number}": angles.tolist()}
+    return columns
 
 
 def esc_columns(

@@ -8,6 +8,7 @@ import numpy as np
 from alloc import Allocation, Label, NotApplicable, Status, Vehicle, label
 from alloc.allocation import EXACT_TOLERANCE, WRENCH_TOLERANCE, BoolArray, FloatArray, IndexArray, StatusArray
 from alloc.formulations import Formulation, find_formulation, mixed
+from alloc.vehicle.azimuth import SPARE
 from bench.demands import DemandSet
 from bench.demands.strong import across, strong_demands, strong_vehicle
 from bench.judging.question import Question, right_answers
@@ -167,6 +168,9 @@ def measure_answers(question: Question, answers: Sequence[Allocation], formulati
     seen, asked = promised_wrench(demands, definition)
     error = np.abs(f @ seen.TP.T - asked[demand])
     low, high = (np.broadcast_to(side, right.shape)[demand] for side in demands.limits)
+    beyond = np.maximum(f - high, low - f).max(axis=1)
+    if (rows := vehicle.half_planes) is not None:  # products round
+        beyond = np.maximum(beyond, (f @ rows.A.T - rows.reach).max(axis=1) - SPARE * vehicle.f_scale)
     return Measured(
         F=F,
         # A board's log may hold any number; the ends of int8 are no statuses either.
@@ -177,7 +181,7 @@ def measure_answers(question: Question, answers: Sequence[Allocation], formulati
         shared=find_shared_memory(thrusts),
         error=error,
         relative=(error / seen.wrench_scale).max(axis=1),
-        violation=np.maximum(f - high, low - f).max(axis=1).clip(min=0.0),
+        violation=beyond.clip(min=0.0),
         distance=np.abs(f - right[demand]).max(axis=1),
     )
 

@@ -5,11 +5,12 @@ By default: what one compares, in two minutes. ``--all`` adds the rest.
 
 import pytest
 
-from alloc import Allocator, AllocError, NotApplicable, Vehicle, catalogue, load_vehicle
+from alloc import Allocator, AllocError, NotApplicable, Vehicle, catalogue
 from alloc.discovery import Entry, find, is_plugin, load_plugin, prepare
 from alloc.errors import NotInstalled
 from alloc.formulations import Family
 from alloc.solvers import slow
+from alloc.vehicle.file import load_fixed_vehicle
 from bench.judging.question import Question
 from bench.suite.answers import LABELS, MOVING, question
 
@@ -38,7 +39,7 @@ def pytest_configure(config: pytest.Config) -> None:
     """Refuse an unknown name or a method that is not installed: pytest would skip its tests and pass."""
     try:
         for vehicle in config.getoption("vehicle") or ():
-            load_vehicle(vehicle)
+            load_fixed_vehicle(vehicle)
         named = config.getoption("method") or []
         config.option.plugin = [*config.option.plugin, *filter(is_plugin, named)]
         brought = {load_plugin(name).name for name in config.getoption("plugin")}
@@ -62,7 +63,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """Cross the fixtures that a test takes: ``vehicle``, ``label``, ``entry`` (a method), its ``start``."""
     option = metafunc.config.getoption
     if "vehicle" in metafunc.fixturenames:
-        vehicles = [load_vehicle(name) for name in option("vehicle") or VEHICLES]
+        vehicles = [load_fixed_vehicle(name) for name in option("vehicle") or VEHICLES]
         metafunc.parametrize("vehicle", vehicles, ids=[v.name for v in vehicles], scope="session")
     if "label" in metafunc.fixturenames:
         of_calls = (*LABELS, MOVING) if option("all") else LABELS

@@ -84,7 +84,6 @@ CEILINGS = {
     "alloc.allocation": 2,
     "alloc.kernels": 14,
     "alloc.lint": 1,
-    "alloc.nullspace": 2,
     "alloc.program": 4,
     "alloc.reach": 2,
     "alloc.vehicle": 11,

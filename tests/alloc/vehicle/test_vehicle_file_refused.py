@@ -102,7 +102,7 @@ def file(tmp_path: Path) -> Path:
         ),
         (
             GOOD + "thrusters:\n  - {position: [0, 0, 0]}\n",
-            "'direction' is missing; the keys are position, direction",
+            "line 10: thrusters[0]: key 'direction' is missing; give a unit vector, or 'azimuth'",
         ),
         (
             GOOD + "slew: {up: 30}\n",

@@ -1,0 +1,165 @@
+"""Thrusters that turn: polygons of the forces that they give, and refusals of what takes no polygon."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import ceil
+from typing import NamedTuple
+
+import numpy as np
+
+from alloc.allocation import FloatArray
+from alloc.errors import NotApplicable, VehicleError
+
+NEARLY = 1e-12
+"""Share of the largest force that counts as zero in a corner or in the reach of a side."""
+
+
+SPARE = 8 * float(np.finfo(np.float64).eps)
+"""Share of the largest limit by which thrusts are moved further in than a side asks [-]."""
+
+
+class HalfPlanes(NamedTuple):
+    """Limits of thrusters that turn: A f <= reach.
+
+    Attributes
+    ----------
+    A : (q, n) rows of unit length, none of a thruster that is off [-]
+    reach : (q,) at least 0 [N]
+    """
+
+    A: FloatArray
+    reach: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Azimuth:
+    """A thruster that turns, as the convex polygon of forces that it can give; zero is one of them.
+
+    Attributes
+    ----------
+    first : index of its force along x in f; the next one is along y
+    corners : (v, 2) corners of the polygon, turning from x to y [N]
+    """
+
+    first: int
+    corners: FloatArray
+
+    @cached_property
+    def normals(self) -> FloatArray:
+        """(v, 2) outward unit normals of the sides, the first from corner 0 to corner 1 [-]."""
+        along = np.roll(self.corners, -1, axis=0) - self.corners
+        across = np.column_stack([along[:, 1], -along[:, 0]])
+        normals: FloatArray = across / np.linalg.norm(across, axis=1, keepdims=True)
+        return normals
+
+    @cached_property
+    def reach(self) -> FloatArray:
+        """(v,) distance of each side from zero force [N]."""
+        far = (self.normals * self.corners).sum(axis=1)
+        return np.where(np.abs(far) <= NEARLY * np.abs(self.corners).max(), 0.0, far)
+
+    @cached_property
+    def distinct(self) -> list[int]:
+        """Indices of the sides, of two that are parallel the first."""
+        sines = np.abs(self.normals @ [[0.0, -1.0], [1.0, 0.0]] @ self.normals.T)
+        return [i for i in range(len(sines)) if not (sines[i, :i] <= NEARLY).any()]
+
+    @property
+    def components(self) -> list[int]:
+        """Indices of its two forces in f."""
+        return [self.first, self.first + 1]
+
+
+def polygon_corners(most: float, sector_deg: tuple[float, float], sides: int) -> FloatArray:
+    """Corners (v, 2) of the polygon in a disc, or in a sector of up to 180 degrees, from x to y [N].
+
+    A side spans 360 / ``sides`` degrees of the arc, or a little less, so the polygon loses 1 - cos(180 deg /
+    ``sides``) of the radius at most. A disc has a corner straight ahead.
+    """
+    start, end = sector_deg
+    span = end - start
+    if span >= 360.0:
+        angles = np.arange(sides) * 360.0 / sides
+    else:
+        angles = np.linspace(start, end, max(1, ceil(span * sides / 360.0 - 1e-9)) + 1)
+    circle = np.column_stack([np.cos(np.radians(angles)), np.sin(np.radians(angles))])
+    corners = most * np.where(np.abs(circle) <= NEARLY, 0.0, circle)
+    return corners if span >= 180.0 else np.vstack([np.zeros((1, 2)), corners])
+
+
+def fit_polygons(azimuths: Sequence[Azimuth], F: FloatArray, spare: float) -> FloatArray:
+    """Thrusts (N, n) [N], those outside of a polygon moved towards its middle, until ``spare`` inside."""
+    inside = F.copy()
+    for azimuth in azimuths:
+        f, middle = inside[:, azimuth.components], azimuth.corners.mean(axis=0)
+        beyond = f @ azimuth.normals.T - azimuth.reach
+        depth = azimuth.reach - azimuth.normals @ middle
+        share = np.where(beyond > 0.0, (beyond + spare) / (np.maximum(beyond, 0.0) + depth), 0.0)
+        inside[:, azimuth.components] = f + np.minimum(share.max(axis=1), 1.0)[:, None] * (middle - f)
+    return inside
+
+
+def check_azimuths(
+    name: str, azimuths: Sequence[Azimuth], readiness: FloatArray, others: Sequence[object]
+) -> None:
+    """Raise VehicleError where azimuths share components, or polygons are not convex around zero.
+
+    ``others`` are the vehicle's parts that do not go with azimuths yet, None for those that it has not.
+    """
+    if any(part is not None for part in others):
+        raise VehicleError(f"{name}: azimuths have no slew rates, voltages, ESCs, caps or autopilots yet")
+    n, taken = len(readiness), list[int]()
+    for azimuth in azimuths:
+        corners, (x, y) = azimuth.corners, azimuth.components
+        if not 0 <= x < y < n or {x, y} & {*taken} or readiness[x] != readiness[y]:
+            raise VehicleError(f"{name}: azimuths need two components of f each, as ready as one another")
+        taken += [x, y]
+        if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3 or not np.isfinite(corners).all():
+            raise VehicleError(f"{name}: an azimuth's corners are three or more pairs of finite numbers [N]")
+        along = np.roll(corners, -1, axis=0) - corners
+        after = np.roll(along, -1, axis=0)
+        turning = along[:, 0] * after[:, 1] - along[:, 1] * after[:, 0]
+        if not (turning > 0.0).all() or not (azimuth.reach >= 0.0).all():
+            raise VehicleError(f"{name}: an azimuth's polygon is not convex, from x to y, around zero")
+
+
+def half_planes(azimuths: Sequence[Azimuth], readiness: FloatArray) -> HalfPlanes | None:
+    """Limits of the thrusters that turn and work, as rows; None where there is none."""
+    rows, reach = [np.zeros((0, len(readiness)))], [np.zeros(0)]
+    for azimuth in azimuths:
+        if readiness[azimuth.first]:
+            row = np.zeros((len(azimuth.reach), len(readiness)))
+            row[:, azimuth.components] = azimuth.normals
+            rows.append(row)
+            reach.append(azimuth.reach)
+    return HalfPlanes(np.vstack(rows), np.concatenate(reach)) if len(rows) > 1 else None
+
+
+def actuators(azimuths: Sequence[Azimuth], n: int) -> tuple[tuple[int, ...], ...]:
+    """Indices of the components of f (n,) of each thruster: one, or two of one that turns."""
+    turning = {azimuth.first for azimuth in azimuths}
+    seconds = {first + 1 for first in turning}
+    return tuple((i, i + 1) if i in turning else (i,) for i in range(n) if i not in seconds)
+
+
+def polar(azimuths: Sequence[Azimuth], F: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Force (N, a) [N] and angle (N, a) [deg] of each thruster that turns, of thrusts (N, n) [N].
+
+    Angles lie in -180 … 180, from x towards y, and are 0 where there is no force.
+    """
+    x, y = (F[:, [azimuth.components[i] for azimuth in azimuths]] for i in (0, 1))
+    return np.hypot(x, y), np.degrees(np.arctan2(y + 0.0, x + 0.0))
+
+
+def refuse_azimuths(azimuths: Sequence[Azimuth], what: str, reason: str) -> None:
+    """Raise NotApplicable where there are thrusters that turn and ``what`` takes none yet."""
+    if azimuths:
+        raise NotApplicable(f"{what}: takes no azimuth thrusters yet: {reason}; see docs/azimuth.md")
+
+
+def bounding_box(azimuths: Sequence[Azimuth], f_min: FloatArray, f_max: FloatArray) -> None:
+    """Write the smallest box around each polygon into limits (n,) [N]."""
+    for azimuth in azimuths:
+        f_min[azimuth.components] = azimuth.corners.min(axis=0)
+        f_max[azimuth.components] = azimuth.corners.max(axis=0)

@@ -1,0 +1,81 @@
+"""QP solvers on thrusters that turn: the sides of polygons are rows of their problem, or are refused."""
+
+import numpy as np
+import pytest
+
+from alloc import NotApplicable, Status, Vehicle, alpha_max, build
+from alloc.qp import pose_hard
+from alloc.qp.certificate import certify
+from alloc.solvers import default_level, load, missing, names, slow
+from tests.azimuths import boats, demands_around, excess, stationarity
+
+SHARES = (0.1, 0.7, 0.98, 1.02, 2.0)
+LIMIT = 1e-14
+REFUSES = {"sip"}
+
+
+def asked(vehicle: Vehicle, rng: np.random.Generator) -> list[tuple[np.ndarray, float]]:
+    (tau,) = demands_around(vehicle, rng, 1)
+    (far,) = alpha_max(vehicle, [tau])
+    return [(share * far * tau, 1.0 / share) for share in SHARES] if far > 1e-3 else []
+
+
+def held(vehicle: Vehicle, name: str, rng: np.random.Generator) -> tuple[int, int]:
+    """Answers, and those that the solver did not find; raises where one is wrong."""
+    allocate, given, lost = build(f"qp/{name}", vehicle), 0, 0
+    for tau, alpha in asked(vehicle, rng):
+        result = allocate(tau)
+        given += 1
+        if alpha < 1.0:
+            assert result.status in (Status.INFEASIBLE, Status.NOT_CONVERGED), (name, alpha)
+            continue
+        assert result.status is not Status.INFEASIBLE, (name, alpha)
+        if result.status is not Status.SOLVED:
+            lost += 1
+            continue
+        assert np.abs((vehicle.TP @ result.f - tau) / vehicle.wrench_scale).max() <= 1e-6
+        assert excess(vehicle, result.f) <= LIMIT
+        right = build("qp/daqp", vehicle)(tau).f
+        assert np.abs(result.f - right).max() <= (allocate.tolerance + 1e-9) * vehicle.f_scale, name
+    return given, lost
+
+
+def test_daqp_gives_the_least_effort_of_120_boats_or_says_that_there_is_none() -> None:
+    rng, verdicts = np.random.default_rng(11), 0
+    for vehicle in boats(120, seed=5):
+        allocate = build("qp/daqp", vehicle)
+        for tau, alpha in asked(vehicle, rng):
+            result = allocate(tau)
+            verdicts += 1
+            expected = Status.SOLVED if alpha > 1.0 else Status.INFEASIBLE
+            assert result.status is expected, (vehicle.name, alpha)
+            if alpha > 1.0:
+                assert excess(vehicle, result.f) <= LIMIT
+                assert stationarity(vehicle, result.f) <= 1e-6
+    assert verdicts > 500
+
+
+@pytest.mark.parametrize("name", sorted({*names()} - REFUSES - {*slow()}))
+def test_a_solver_takes_the_sides_as_rows(name: str) -> None:
+    if said := missing(name):
+        pytest.skip(said)
+    rng, given, lost = np.random.default_rng(12), 0, 0
+    for vehicle in boats(12, seed=6):
+        counts = held(vehicle, name, rng)
+        given, lost = given + counts[0], lost + counts[1]
+    assert given >= 50
+    assert lost <= 0.1 * given, (name, lost, default_level(load(name)))
+
+
+@pytest.mark.parametrize("name", sorted(REFUSES))
+def test_a_solver_that_is_asked_with_bounds_alone_refuses_sides(name: str) -> None:
+    if said := missing(name):
+        pytest.skip(said)
+    with pytest.raises(NotApplicable, match=f"{name}: is asked here with bounds alone, not with sides"):
+        build(f"qp/{name}", boats(1)[0])
+
+
+def test_a_certificate_of_bounds_alone_refuses_sides() -> None:
+    qp = pose_hard(boats(1)[0]).qp
+    with pytest.raises(NotApplicable, match="tries multipliers of bounds alone"):
+        certify(qp, np.zeros(3), np.zeros(len(qp.g)))

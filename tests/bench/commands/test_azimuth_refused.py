@@ -1,0 +1,84 @@
+"""Refusals, in one line, of what takes no thrusters that turn: nothing answers by their boxes."""
+
+from pathlib import Path
+
+import pytest
+
+from alloc import NotApplicable, Vehicle, build, catalogue, generate
+from alloc.discovery import load_plugin, prepare
+from bench.__main__ import main
+from tests.azimuths import FERRY, boats
+
+COMMANDS = (
+    "board --vehicle boat.yaml --method nullspace --out out",
+    "check boat.yaml --probe",
+    "check boat.yaml --failures",
+    "check boat.yaml --picture boat.svg",
+    "check boat.yaml --autopilot px4",
+    "codegen --vehicle boat.yaml --method nullspace --out out",
+    "codegen --vehicle boat.yaml --method scaled --limits call --out out",
+    "demands asked.csv --vehicle boat.yaml",
+    "demands asked.csv --vehicle boat.yaml --from-outputs",
+    "emulate --vehicle boat.yaml --method nullspace --out out",
+    "export boat.yaml --format px4",
+    "gate HEAD HEAD --vehicle boat.yaml",
+    "init mine --like boat.yaml",
+    "layouts study.yaml --out out",
+    "allocate --vehicle boat.yaml --method nullspace --names asked.csv",
+    "allocate --vehicle boat.yaml --method nullspace limited.csv",
+    "allocate --vehicle boat.yaml --method clip asked.csv",
+    "prove --vehicle boat.yaml --method nullspace --out out",
+    "run --vehicle boat.yaml --quick --out out",
+)
+
+
+@pytest.mark.parametrize("line", COMMANDS)
+def test_a_command_that_takes_no_azimuths_says_so_in_one_line(
+    line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "boat.yaml").write_text(FERRY)
+    (tmp_path / "asked.csv").write_text("surge,sway,yaw\n1,2,3\n")
+    (tmp_path / "limited.csv").write_text("surge,sway,yaw,f0_max\n1,2,3,50\n")
+    (tmp_path / "study.yaml").write_text(
+        "base: boat.yaml\ngroups: {bow: {thrusters: [0], azimuth_deg: [1, 9]}}\n"
+    )
+    monkeypatch.setattr("sys.argv", ["thrustbench", *line.split()])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 2
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 1
+    assert "azimuth" in said[0]
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("name", [entry.name for entry in catalogue() if not entry.azimuths])
+def test_a_method_that_takes_no_azimuths_says_so_with_its_name(name: str) -> None:
+    entry = next(entry for entry in catalogue() if entry.name == name)
+    if entry.missing:
+        pytest.skip(entry.missing)
+    with pytest.raises(
+        NotApplicable, match=f"^{name}: takes no azimuth thrusters yet: .*; see docs/azimuth.md$"
+    ):
+        build(name, boat())
+
+
+@pytest.mark.parametrize("method", ["nullspace", "scaled", "pinv", "soft"])
+@pytest.mark.parametrize("faults", ["one", "all"])
+def test_no_c_is_written_for_azimuths(method: str, faults: str) -> None:
+    with pytest.raises(NotApplicable, match="in C: takes no azimuth thrusters yet"):
+        generate(boat(), method, faults=faults)  # type: ignore[arg-type]  # one of the words
+
+
+def test_a_plug_in_takes_azimuths_only_where_it_says_so(tmp_path: Path) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text("from alloc.methods.pinv import FORMULATION, build\n")
+    with pytest.raises(NotApplicable, match="mine: takes no azimuth thrusters yet"):
+        prepare(load_plugin(file), boat())
+    file.write_text("from alloc.methods.pinv import FORMULATION, build\nAZIMUTHS = True\n")
+    assert prepare(load_plugin(file), boat())([1.0, 0.0, 0.0]).found
+
+
+def boat() -> Vehicle:
+    return boats(1)[0]
