@@ -13,6 +13,7 @@ from alloc.allocation import (
     FloatArray,
     Status,
     StatusArray,
+    Uncapped,
     answer,
     checked,
     checked_many,
@@ -38,7 +39,7 @@ def usual(vehicle: Vehicle, G: FloatArray) -> float:
     return min(LARGEST_DEMAND, exactly(vehicle) / max(float(np.linalg.norm(G, 2)), TINY))
 
 
-class Linear:
+class Linear(Uncapped):
     """The allocator f = G tau of any closed form without limits.
 
     The status is SOLVED where T P G tau = tau. It is PARTIAL, with the nearest f, where a lost rank prevents
@@ -95,18 +96,10 @@ class Linear:
             return answer(f, Status.PARTIAL)
         return answer(f, Status.SOLVED)
 
-    def many(
-        self,
-        taus: ArrayLike,
-        f_min: ArrayLike | None = None,
-        f_max: ArrayLike | None = None,
-        *,
-        cap: float | None = None,
-        volts: float | None = None,
+    def allocate_many(
+        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
     ) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches in one matrix product."""
-        if cap is not None:
-            raise no_cap(self.formulation)
         wrenches = checked_many(taus, self._k)
         if f_min is not None or f_max is not None:
             limits_of(self._vehicle, len(wrenches), f_min, f_max)

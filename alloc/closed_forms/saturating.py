@@ -12,6 +12,7 @@ from alloc.allocation import (
     FloatArray,
     Status,
     StatusArray,
+    Uncapped,
     answer,
     checked,
     checked_many,
@@ -49,7 +50,7 @@ ON_THE_LINE = (0.1, 10.0)
 """Misses, in units of what counts as met, within which rounding might decide: a single call then does."""
 
 
-class Saturating:
+class Saturating(Uncapped):
     """The allocator of every practical rule; its formulation is the rule's name.
 
     The status is SOLVED where the thrusts, mended or not, meet the wrench; else PARTIAL. INFEASIBLE says that
@@ -124,18 +125,10 @@ class Saturating:
         f = np.array(thrusts)
         return answer(f, self._status(f, wrench), passes)
 
-    def many(
-        self,
-        taus: ArrayLike,
-        f_min: ArrayLike | None = None,
-        f_max: ArrayLike | None = None,
-        *,
-        cap: float | None = None,
-        volts: float | None = None,
+    def allocate_many(
+        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
     ) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches: T* tau in one matrix product, then the rule for those beyond a limit."""
-        if cap is not None:
-            raise no_cap(self.formulation)
         wrenches = checked_many(taus, self._k)
         low, high = limits_of(self._vehicle, len(wrenches), f_min, f_max, held=True)
         F = wrenches @ self.G.T

@@ -12,9 +12,9 @@ from alloc.allocation import (
     FloatArray,
     Status,
     StatusArray,
+    Uncapped,
     answer,
     checked,
-    no_cap,
 )
 from alloc.errors import NotApplicable
 from alloc.formulations import Formulation
@@ -46,7 +46,7 @@ UNREACHABLE = 1e-9
 """Smallest part of a demand along directions that no thruster pushes that counts [-]; rounding is 1e-15."""
 
 
-class Live:
+class Live(Uncapped):
     """The allocator; ``pose`` and ``solve`` are its two stages (``alloc.plugin.TwoStage``).
 
     Attributes
@@ -107,14 +107,8 @@ class Live:
         """As ``pose``, with limits (m,) of what works [N]."""
         return self._b_of_tau.dot(tau), low / self._unit, high / self._unit
 
-    def __call__(
-        self,
-        tau: ArrayLike,
-        f_min: ArrayLike | None = None,
-        f_max: ArrayLike | None = None,
-        *,
-        cap: float | None = None,
-        volts: float | None = None,
+    def allocate(
+        self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
     ) -> Allocation:
         """Allocate one wrench (k,) [N, N m], and judge the answer by equations.
 
@@ -127,8 +121,6 @@ class Live:
         infeasible if that is proven (``alloc.reach.attainable``); where it is not, NOT_CONVERGED. Of a
         solver whose refusals are ERRATIC, no matter which it gives, the proof alone is asked.
         """
-        if cap is not None:
-            raise no_cap(self.formulation)
         wrench = checked(tau, self._vehicle.k)
         low, high = self._limits
         if f_min is None and f_max is None:
@@ -176,18 +168,10 @@ class Live:
             f = self._scattered(f)
         return answer(f, Status.SOLVED if solved else Status.PARTIAL, iterations, solver_s)
 
-    def many(
-        self,
-        taus: ArrayLike,
-        f_min: ArrayLike | None = None,
-        f_max: ArrayLike | None = None,
-        *,
-        cap: float | None = None,
-        volts: float | None = None,
+    def allocate_many(
+        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
     ) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches, each in turn: a warm start sees them in order."""
-        if cap is not None:
-            raise no_cap(self.formulation)
         return one_by_one(self, self._vehicle, taus, f_min, f_max)
 
     def _infeasible(self, wrench: FloatArray, f_min: ArrayLike | None, f_max: ArrayLike | None) -> bool:

@@ -20,9 +20,9 @@ from alloc.allocation import (
     FloatArray,
     Status,
     StatusArray,
+    Uncapped,
     answer,
     checked,
-    no_cap,
     real,
 )
 from alloc.errors import NotApplicable, PluginError, UnknownName
@@ -37,7 +37,7 @@ EXACT = 1e-6
 """Tolerance of a function that declares a formulation and no tolerance."""
 
 
-class Plain:
+class Plain(Uncapped):
     """The allocator of a function tau (k,) [N, N m] -> f (n,) [N].
 
     Its answer is SOLVED where T P f misses tau by 1e-6 of ``vehicle.wrench_scale`` at most and, where limits
@@ -64,22 +64,14 @@ class Plain:
         self._per_scale = 1 / vehicle.wrench_scale
         self._scaled = vehicle.TP * self._per_scale[:, None]
 
-    def __call__(
-        self,
-        tau: ArrayLike,
-        f_min: ArrayLike | None = None,
-        f_max: ArrayLike | None = None,
-        *,
-        cap: float | None = None,
-        volts: float | None = None,
+    def allocate(
+        self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
     ) -> Allocation:
         """Allocate one wrench (k,) [N, N m] within limits (n,) [N], the vehicle's where there are none.
 
         Raises PluginError where the function gives no n numbers, NotApplicable for limits that it does not
         take.
         """
-        if cap is not None:
-            raise no_cap(self.formulation)
         wrench = checked(tau, self._k)
         low, high = self._limits(f_min, f_max)
         if f_min is not None or f_max is not None:
@@ -120,18 +112,10 @@ class Plain:
             raise PluginError(f"the function gave an array of shape {f.shape}; return {n} thrusts, ({n},)")
         return f
 
-    def many(
-        self,
-        taus: ArrayLike,
-        f_min: ArrayLike | None = None,
-        f_max: ArrayLike | None = None,
-        *,
-        cap: float | None = None,
-        volts: float | None = None,
+    def allocate_many(
+        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
     ) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches one after the other, each within its own limits."""
-        if cap is not None:
-            raise no_cap(self.formulation)
         return one_by_one(self, self._vehicle, taus, f_min, f_max)
 
 

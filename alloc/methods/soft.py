@@ -16,9 +16,9 @@ from alloc.allocation import (
     FloatArray,
     Status,
     StatusArray,
+    Uncapped,
     answer,
     checked,
-    no_cap,
 )
 from alloc.closed_forms.weighted import STEPS_PER_THRUSTER, aims, rounded
 from alloc.errors import NotApplicable
@@ -44,7 +44,7 @@ MOST_THRUSTERS = 62
 """Sets of free thrusters are bits of signed 64-bit integers."""
 
 
-class Soft:
+class Soft(Uncapped):
     """The allocator; ``Allocation.iterations`` counts the steps of a call, each a product with a table.
 
     Attributes
@@ -87,21 +87,13 @@ class Soft:
         aim: FloatArray = self._rows[mask].dot(rest) + self._own[mask] * held
         return aim
 
-    def __call__(
-        self,
-        tau: ArrayLike,
-        f_min: ArrayLike | None = None,
-        f_max: ArrayLike | None = None,
-        *,
-        cap: float | None = None,
-        volts: float | None = None,
+    def allocate(
+        self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
     ) -> Allocation:
         """Allocate one wrench (k,) [N, N m] within limits (n,) [N]; every wrench has an answer.
 
         SOLVED where T P f = tau within EXACT_TOLERANCE, which the penalty allows next to zero only.
         """
-        if cap is not None:
-            raise no_cap(self.formulation)
         wrench = checked(tau, self._vehicle.k)
         low, high = self._limits_of_call(f_min, f_max)
         if (low > high).any():
@@ -148,18 +140,10 @@ class Soft:
             free[last] = True
         return None, self.worst_case_steps
 
-    def many(
-        self,
-        taus: ArrayLike,
-        f_min: ArrayLike | None = None,
-        f_max: ArrayLike | None = None,
-        *,
-        cap: float | None = None,
-        volts: float | None = None,
+    def allocate_many(
+        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
     ) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches one after the other."""
-        if cap is not None:
-            raise no_cap(self.formulation)
         return one_by_one(self, self._vehicle, taus, f_min, f_max)
 
     def _unanswered(self, status: Status, steps: int = 0) -> Allocation:

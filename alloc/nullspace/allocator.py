@@ -13,6 +13,7 @@ from alloc.allocation import (
     FloatArray,
     Status,
     StatusArray,
+    Uncapped,
     answer,
     checked,
     checked_many,
@@ -41,7 +42,7 @@ WIDER = (1e-12, 1e-11, 1e-10, 1e-9, 1e-8)
 """By how much limits are moved apart, in turn, where a wrench was missed, relative to the largest [-]."""
 
 
-class Nullspace:
+class Nullspace(Uncapped):
     """The allocator; ``Allocation.iterations`` counts the elementary steps of a call.
 
     Attributes
@@ -187,18 +188,10 @@ class Nullspace:
         missed_by = Status.INFEASIBLE if least <= WRENCH_TOLERANCE else Status.NOT_CONVERGED
         return answer(best, Status.SOLVED if least <= EXACT_TOLERANCE else missed_by, steps)
 
-    def many(
-        self,
-        taus: ArrayLike,
-        f_min: ArrayLike | None = None,
-        f_max: ArrayLike | None = None,
-        *,
-        cap: float | None = None,
-        volts: float | None = None,
+    def allocate_many(
+        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
     ) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches, all demands side by side; a verdict is always that of a single call."""
-        if cap is not None:
-            raise no_cap(self.formulation)
         wrenches = checked_many(taus, self._k)
         lows, highs = limits_of(self._vehicle, len(wrenches), f_min, f_max)
         F, excess = self.solve_many(wrenches, lows, highs)

@@ -13,10 +13,10 @@ from alloc.allocation import (
     FloatArray,
     Status,
     StatusArray,
+    Uncapped,
     answer,
     checked,
     checked_many,
-    no_cap,
 )
 from alloc.formulations import Formulation, Part, mixed
 from alloc.nullspace.allocator import exact
@@ -37,7 +37,7 @@ def allocator(vehicle: Vehicle, formulation: Formulation) -> "ByLevel | Mixed":
     return parts[0] if len(parts) == 1 else Mixed(vehicle, parts)
 
 
-class ByLevel:
+class ByLevel(Uncapped):
     """The allocator of one way: SOLVED where all of the demand's strong part is delivered, else PARTIAL.
 
     A weak direction (``Vehicle.weak``) is left out: answers are those of the part's vehicle, and
@@ -71,18 +71,10 @@ class ByLevel:
         if strong.rank < vehicle.rank:  # the wrench that is met is another than the demand
             self._lost = decompose(vehicle).unreachable / EXACT_TOLERANCE
 
-    def __call__(
-        self,
-        tau: ArrayLike,
-        f_min: ArrayLike | None = None,
-        f_max: ArrayLike | None = None,
-        *,
-        cap: float | None = None,
-        volts: float | None = None,
+    def allocate(
+        self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
     ) -> Allocation:
         """Allocate one wrench (k,) [N, N m] within the limits of the call (n,) [N]."""
-        if cap is not None:
-            raise no_cap(self.formulation)
         wrench = checked(tau, self._vehicle.k)
         begin, limits = self._own, self._limits
         if f_min is not None or f_max is not None:
@@ -173,18 +165,10 @@ class ByLevel:
             none, some = (none, middle) if reached(middle) else (middle, some)
         return best
 
-    def many(
-        self,
-        taus: ArrayLike,
-        f_min: ArrayLike | None = None,
-        f_max: ArrayLike | None = None,
-        *,
-        cap: float | None = None,
-        volts: float | None = None,
+    def allocate_many(
+        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
     ) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches, all demands side by side; limits (n,) or (N, n) [N]."""
-        if cap is not None:
-            raise no_cap(self.formulation)
         wrenches = checked_many(taus, self._vehicle.k)
         lows, highs = limits_of(self._strong, len(wrenches), f_min, f_max, held=True)
         possible = (lows <= highs).all(axis=1)
@@ -206,7 +190,7 @@ class ByLevel:
         return F, status.astype(np.int8)
 
 
-class Mixed:
+class Mixed(Uncapped):
     """The allocator of several ways whose answers are mixed: see ``Formulation.parts``.
 
     Shares and residuals are mixed as thrusts are, so that they say what these make. SOLVED says that each
@@ -222,18 +206,10 @@ class Mixed:
         self.formulation = parts[0].formulation
         self.tolerance, self.levels = max(part.tolerance for part in parts), parts[0].levels
 
-    def __call__(
-        self,
-        tau: ArrayLike,
-        f_min: ArrayLike | None = None,
-        f_max: ArrayLike | None = None,
-        *,
-        cap: float | None = None,
-        volts: float | None = None,
+    def allocate(
+        self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
     ) -> Allocation:
         """Allocate one wrench (k,) [N, N m] within the limits of the call (n,) [N]."""
-        if cap is not None:
-            raise no_cap(self.formulation)
         answers = [part(tau, f_min, f_max) for part in self._parts]
         worst = max(answers, key=lambda one: one.status)  # INFEASIBLE is above PARTIAL, SOLVED below
         if worst.status == Status.INFEASIBLE:
@@ -250,18 +226,10 @@ class Mixed:
             residual=mixed([np.asarray(one.residual) for one in answers], self._ws),
         )
 
-    def many(
-        self,
-        taus: ArrayLike,
-        f_min: ArrayLike | None = None,
-        f_max: ArrayLike | None = None,
-        *,
-        cap: float | None = None,
-        volts: float | None = None,
+    def allocate_many(
+        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
     ) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches, all demands side by side; limits (n,) or (N, n) [N]."""
-        if cap is not None:
-            raise no_cap(self.formulation)
         answers = [part.many(taus, f_min, f_max) for part in self._parts]
         lows, highs = limits_of(self._vehicle.strong, len(answers[0][1]), f_min, f_max, held=True)
         F = np.clip(mixed([F for F, _ in answers], self._ws), lows, highs)
