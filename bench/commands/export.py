@@ -42,8 +42,14 @@ def command(
 
 
 def _problems(out: Path, n: int | None) -> None:
-    from bench.demands.problem_files import check_installed, write_problems
-    from bench.demands.problems import COUNT, problems, sequences, vehicles
+    from bench.demands.problems import (
+        COUNT,
+        check_installed,
+        problems,
+        sequences,
+        vehicles,
+        write_problems,
+    )
 
     check_installed()
     out.mkdir(parents=True, exist_ok=True)

@@ -238,41 +238,30 @@ def numbers(
     return full, columns
 
 
-COUNTS = (
-    "thrusters",
-    "nullity",
-    "worst_thruster",
-    "worst_pair_a",
-    "worst_pair_b",
-    "rank_after_one",
-    "rank_after_two",
-)
-"""Columns of whole numbers."""
-
-NUMBERS = (
-    "thrusters",
-    "nullity",
-    "worst_case_steps",
-    "authority",
-    "authority_after_one",
-    "authority_after_two",
-    "worst_thruster",
-    "worst_pair_a",
-    "worst_pair_b",
-    "rank_after_one",
-    "rank_after_two",
-    "condition",
-    "condition_after_one",
-    "condition_after_two",
-    "any_direction_N",
-    "safe_share",
-    "closed_form_volume_share",
-    "closed_form_served_share",
-    "exact_served_share",
-    "closed_form_effort_N2",
-    "exact_effort_N2",
-)
-"""Columns of every study; the largest wrenches along each axis follow them."""
+NUMBERS = {
+    "thrusters": int,
+    "nullity": int,
+    "worst_case_steps": float,
+    "authority": float,
+    "authority_after_one": float,
+    "authority_after_two": float,
+    "worst_thruster": int,
+    "worst_pair_a": int,
+    "worst_pair_b": int,
+    "rank_after_one": int,
+    "rank_after_two": int,
+    "condition": float,
+    "condition_after_one": float,
+    "condition_after_two": float,
+    "any_direction_N": float,
+    "safe_share": float,
+    "closed_form_volume_share": float,
+    "closed_form_served_share": float,
+    "exact_served_share": float,
+    "closed_form_effort_N2": float,
+    "exact_effort_N2": float,
+}
+"""Columns of every study, and their kinds; the largest wrenches along each axis follow them."""
 
 
 def column_names(dof: tuple[str, ...]) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from alloc import AllocError
 from alloc.allocation import FloatArray
 from alloc.errors import NotInstalled
 from alloc.files.textfile import write_bytes
-from bench.layouts.measure import COUNTS, measure
+from bench.layouts.measure import NUMBERS, measure
 from bench.layouts.space import LayoutSpace
 
 if TYPE_CHECKING:
@@ -152,7 +152,7 @@ def compute(space: LayoutSpace, task: ShardTask, source: str) -> bytes:
     for parameter, column in zip(space.parameters, parameters, strict=True):
         columns[parameter.name] = pa.array(column[counted.places])
     for name, numbers in counted.columns.items():
-        kind = pa.int16() if name in COUNTS else pa.float64()
+        kind = pa.int16() if NUMBERS.get(name) is int else pa.float64()
         columns[name] = pa.array(np.asarray(numbers), from_pandas=True).cast(kind)  # NaN becomes null
     facts = json.dumps({"asked": task.count, "refused": counted.refused}, sort_keys=True)
     table = pa.table(columns).replace_schema_metadata({FACTS: facts})

@@ -14,8 +14,15 @@ import pytest
 
 from alloc import Vehicle, build, load_vehicle
 from alloc.reach.attainable import alpha_max_lp
-from bench.demands.problem_files import columns, for_qpbenchmark, write_problems
-from bench.demands.problems import ProvenProblem, problems, sequences, vehicles
+from bench.demands.problems import (
+    ProvenProblem,
+    columns,
+    for_qpbenchmark,
+    problems,
+    sequences,
+    vehicles,
+    write_problems,
+)
 from tests.pages import blocks
 from tests.places import DOCS, ROOT
 
