@@ -8,8 +8,10 @@ import pytest
 
 from alloc import list_vehicles, load_vehicle
 from alloc.errors import VehicleError
+from alloc.vehicle.file import find_file, matrices, poses, read_document, suspects
 from alloc.vehicle.frame import turned
 from alloc.vehicle.geometry import DOF, pose_matrix
+from tests.places import DOCS
 from tests.readers import written
 from tests.vehicle_files import GOOD, refusal
 
@@ -236,3 +238,23 @@ def test_a_name_that_no_thruster_has_is_refused_with_those_there_are(
         vehicle.with_fault(wanted)
     with pytest.raises(VehicleError, match="nor any other; give a number"):
         load_vehicle(written(file, GOOD)).with_fault(wanted)
+
+
+FILES = [find_file(name) for name in list_vehicles()] + [DOCS / "vehicles" / "box8.yaml"]
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_poses_make_the_t_that_they_come_from(path: Path) -> None:
+    """T of the poses about the centre of mass is the file's own; published matrices have three digits."""
+    keys = read_document(path).keys
+    T, _ = matrices(keys)
+    positions, directions, center, measured, stands = poses(keys, T)
+    assert {*np.flatnonzero(~stands).tolist()} == suspects(keys, len(stands))
+    assert measured == (keys.T is None or keys.thrusters is not None)
+    made = pose_matrix(positions, directions, center)[[DOF.index(axis) for axis in keys.dof]]
+    kept = [axis in ("surge", "sway", "heave", "yaw") for axis in keys.dof]
+    largest = np.abs(T).max(axis=1)
+    off = (np.abs(made - T) * stands).max(axis=1) / largest
+    assert (off[kept] < 0.02).all()
+    if keys.T is None:
+        assert (off < 1e-9).all()

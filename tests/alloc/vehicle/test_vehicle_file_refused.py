@@ -52,10 +52,7 @@ def file(tmp_path: Path) -> Path:
         (GOOD.replace("20", "'20'"), "line 8: f_max: got text, expected a number or a list"),
         (GOOD.replace("20", "true"), "line 8: f_max: got true or false, expected a number or a list"),
         (GOOD.replace("f_max: 20\n", ""), "f_max: missing; give [N] of the thrusters"),
-        (
-            GOOD.replace("f_max", "fmax"),
-            "line 8: unknown key 'fmax'; the keys are name, dof",
-        ),
+        (GOOD.replace("f_max", "fmax"), "line 8: unknown key 'fmax'; the keys are name, dof"),
         (GOOD.replace("20", "[20, 20, 20]"), "line 8: cross: f_max has shape (3,)"),
         (GOOD.replace("20", "[20, x, 20, 20]"), "line 8: f_max[1]: got text, expected a number"),
         (GOOD.replace("20", "-20"), "line 7: cross: f_min[0] = -10 exceeds f_max[0] = -20"),
@@ -104,10 +101,7 @@ def file(tmp_path: Path) -> Path:
             GOOD + "thrusters:\n  - {position: [0, 0, 0]}\n",
             "line 10: thrusters[0]: key 'direction' is missing; give a unit vector, or 'azimuth'",
         ),
-        (
-            GOOD + "slew: {up: 30}\n",
-            "line 9: slew: key 'down' is missing; the keys are up, down",
-        ),
+        (GOOD + "slew: {up: 30}\n", "line 9: slew: key 'down' is missing; the keys are up, down"),
         (
             GOOD + "thrusters:\n  - {position: [0, 0, 0], direction: [0, 0, 0]}\n",
             "line 10: thrusters[0].direction has length 0; give a unit vector, as [1, 0, 0]",

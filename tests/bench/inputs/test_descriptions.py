@@ -159,8 +159,7 @@ def test_a_link_of_an_sdf_that_says_no_mass_weighs_1_kg(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("joint", "names"),
-    [("u1{i}_joint", ()), ("+{i}", tuple(f"thruster +{i}" for i in range(6)))],
+    ("joint", "names"), [("u1{i}_joint", ()), ("+{i}", tuple(f"thruster +{i}" for i in range(6)))]
 )
 def test_joints_that_would_be_another_thruster_s_number_make_a_vehicle(
     tmp_path: Path, joint: str, names: tuple[str, ...]

@@ -196,11 +196,7 @@ def test_a_t_with_a_row_for_each_thruster_is_told_so(tmp_path: Path) -> None:
             LIMITS,
             "got 'fast', expected a number such as 0.5 or -40",
         ),
-        (
-            NAUTILUS.replace("40.0", "strong"),
-            ImportOptions(),
-            "min_force: got '-strong', expected a number",
-        ),
+        (NAUTILUS.replace("40.0", "strong"), ImportOptions(), "min_force: got '-strong', expected a number"),
         (
             NAUTILUS.replace("thruster_position", "place"),
             ImportOptions(),
@@ -253,10 +249,7 @@ def test_a_bad_csv_of_t_is_refused(tmp_path: Path, text: str) -> None:
         ("surge,sway,yaw\n1,0,0.2\n1,0,-0.2\n0,1,0\n", "line 1: surge stands in the header; give a row"),
         ("Fx,Fy,Mz\n1,0,0.2\n1,0,-0.2\n0,1,0\n", "line 1: Fx stands in the header; give a row"),
         ("X,Y,N\n1,0,0.2\n1,0,-0.2\n0,1,0\n", "line 1: X stands in the header; give a row"),
-        (
-            ",force.x,force.y,torque.z\nT1,1,0,0.2\nT2,1,0,-0.2\n",
-            "line 1: force.x stands in the header",
-        ),
+        (",force.x,force.y,torque.z\nT1,1,0,0.2\nT2,1,0,-0.2\n", "line 1: force.x stands in the header"),
     ],
 )
 def test_rows_of_a_csv_of_t_that_could_be_misread_are_refused_with_their_line(

@@ -21,12 +21,12 @@ from bench.judging.capability import remaining_authority
 from bench.judging.loss import loss
 from bench.layouts.authority import closed_form_volumes, volumes
 from bench.layouts.compile import compile_study
-from bench.layouts.measure import Columns, numbers
+from bench.layouts.measure import Columns, numbers, refused
 from bench.layouts.run import count_layouts
 from bench.layouts.shards import tasks, values
-from bench.layouts.space import poses
-from bench.layouts.spaces import Layouts, single_layout, spaces
-from bench.layouts.study import read_study
+from bench.layouts.space import PlacedThrusters, poses
+from bench.layouts.spaces import Layouts, dependencies, inverse, minors, single_layout, spaces, subsets
+from bench.layouts.study import Constraints, MountingBox, Wake, read_study
 from tests.places import ROOT
 
 COUNT = 5
@@ -188,3 +188,91 @@ def test_layouts_that_do_not_push_every_axis_have_no_numbers(rng: np.random.Gene
     assert len(columns["authority"]) == COUNT - 1
     few = some_layouts(3, 2, "", rng)
     assert not numbers(few, DOF[:3], np.ones((4, 3)), np.ones(3), 1.0)[0].any()
+
+
+@pytest.mark.parametrize(("n", "d"), [(1, 1), (4, 1), (8, 2), (9, 3), (7, 5)])
+def test_minors_are_the_determinants_of_all_d_rows(n: int, d: int, rng: np.random.Generator) -> None:
+    A = rng.normal(size=(n, d, 3))
+    by_elimination = [np.linalg.det(A[list(rows)].transpose(2, 0, 1)) for rows in combinations(range(n), d)]
+    np.testing.assert_allclose(minors(A), by_elimination, rtol=1e-10, atol=1e-12)
+
+
+def test_minors_of_a_matrix_and_of_its_null_space_are_in_one_ratio(rng: np.random.Generator) -> None:
+    T = rng.normal(size=(6, 8))
+    N = np.linalg.svd(T)[2][6:].T
+    of_T = [abs(np.linalg.det(np.delete(T, rows, axis=1))) for rows in subsets(8, 2)]
+    np.testing.assert_allclose(
+        np.sqrt(np.linalg.det(T @ T.T)) * np.abs(minors(N[..., None])[:, 0]), of_T, rtol=1e-10
+    )
+
+
+@pytest.mark.parametrize(("n", "d"), [(5, 0), (4, 1), (8, 2), (6, 3)])
+def test_dependencies_combine_rows_to_zero(n: int, d: int, rng: np.random.Generator) -> None:
+    A = rng.normal(size=(n, d, 2))
+    y = dependencies(minors(A), n, d)
+    for rows, coefficients in zip(subsets(n, d + 1), y, strict=True):
+        assert np.abs(coefficients).max() > 0
+        np.testing.assert_allclose(np.einsum("pb,pdb->db", coefficients, A[rows]), 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("d", [1, 2, 3, 4])
+def test_an_inverse_by_cofactors_is_the_inverse_and_a_singular_matrix_has_none(
+    d: int, rng: np.random.Generator
+) -> None:
+    A = rng.normal(size=(d, d, 5))
+    A[..., 4] = 0.0
+    found = inverse(A, 1e-9)
+    for i in range(4):
+        np.testing.assert_allclose(found[..., i] @ A[..., i], np.eye(d), atol=1e-9)
+    assert (found[..., 4] == 0).all()
+
+
+def two(second: list[float], f_min: float = -10.0) -> PlacedThrusters:
+    """A thruster at the origin that pushes ahead, and another one to port of it, or where it is said."""
+    return PlacedThrusters(
+        which=np.arange(1),
+        position=np.array([[0.0, 0.0, 0.0], second])[..., None],
+        direction=np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])[..., None],
+        center=np.zeros((3, 1)),
+        f_min=np.full((2, 1), f_min),
+        f_max=np.full((2, 1), 10.0),
+        weights=np.ones((2, 1)),
+    )
+
+
+def broken(poses: PlacedThrusters, constraints: Constraints) -> list[str]:
+    """The constraints that the only layout breaks."""
+    return [reason for reason, which in refused(poses, constraints).items() if which.all()]
+
+
+def test_a_thruster_outside_of_the_box_is_refused_and_on_its_edge_is_not() -> None:
+    box = Constraints(box=MountingBox(x=(0.0, 1.0), z=(-1.0, 1.0)))
+    assert broken(two([1.0, 5.0, 0.0]), box) == []
+    assert broken(two([1.01, 5.0, 0.0]), box) == ["box.x"]
+    assert broken(two([1.0, 5.0, -1.01]), box) == ["box.z"]
+
+
+def test_thrusters_nearer_than_the_distance_are_refused() -> None:
+    near = Constraints(distance=0.5)
+    assert broken(two([0.3, 0.4, 0.0]), near) == []
+    assert broken(two([0.3, 0.39, 0.0]), near) == ["distance"]
+
+
+@pytest.mark.parametrize(
+    ("second", "f_min", "hit"),
+    [
+        ([-0.5, 0.05, 0.0], -10.0, True),  # astern: where water goes that is pushed to go ahead
+        ([-0.5, 0.15, 0.0], -10.0, False),  # beside the jet
+        ([-1.5, 0.05, 0.0], -10.0, False),  # beyond its reach
+        ([0.5, 0.05, 0.0], -10.0, True),  # ahead, when it reverses
+        ([0.5, 0.05, 0.0], 0.0, False),  # ahead of a thruster that can't
+    ],
+)
+def test_a_thruster_in_a_jet_is_refused(second: list[float], f_min: float, hit: bool) -> None:
+    jet = Constraints(wake=Wake(length=1.0, radius=0.1))
+    assert (broken(two(second, f_min), jet) == ["wake"]) is hit
+
+
+def test_a_jet_widens_by_its_spread() -> None:
+    aside = two([-0.5, 0.15, 0.0])
+    assert broken(aside, Constraints(wake=Wake(length=1.0, radius=0.1, spread_deg=10.0))) == ["wake"]

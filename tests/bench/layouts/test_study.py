@@ -22,6 +22,7 @@ from bench.layouts.study import read_study
 from tests.layout_studies import HEAVY, PLANAR, compiled
 from tests.vehicle_files import GOOD
 
+ASKED = "demands: {n: 16}"
 ROS = "force.x,force.y,torque.z\n10,20,3\n"
 """A demand in columns that are named as ROS names them."""
 
@@ -77,55 +78,35 @@ def checked(folder: Path, text: str) -> None:
         ),
         ("thrusters: [0, 1]", "like: 0, thrusters: [0, 1]", "groups.bow: give either"),
         ("thrusters: [0, 1]", "mirror: [xz], thrusters: [0, 1]", "groups.bow: 'mirror' and 'count' make new"),
+        (ASKED, "  more: {like: 0, count: 40}", "groups: up to 44 thrusters in 3 degrees of freedom"),
+        (ASKED, "demands: {n: 0}", "line 5: demands.n: 0 is out of range"),
+        (ASKED, "demands: {n: few}", "line 5: demands.n: got text, expected a whole number; docs/layouts"),
+        (ASKED, "demands: {scale: [1, 0, 1]}", "line 5: demands.scale: give one number above 0"),
+        (ASKED, "demands: {frame: ned}", "line 5: demands.frame: "),
+        (ASKED, "demands: {columns: depth=z}", "demands: columns: 'depth=z': expected DOF=COLUMN"),
+        (ASKED, "demands: {frame: flu}", "line 5: demands: frame, columns and scale are of logs"),
         (
-            "demands: {n: 16}",
-            "  more: {like: 0, count: 40}",
-            "groups: up to 44 thrusters in 3 degrees of freedom",
-        ),
-        ("demands: {n: 16}", "demands: {n: 0}", "line 5: demands.n: 0 is out of range"),
-        (
-            "demands: {n: 16}",
-            "demands: {n: few}",
-            "line 5: demands.n: got text, expected a whole number; docs/layouts",
-        ),
-        ("demands: {n: 16}", "demands: {scale: [1, 0, 1]}", "line 5: demands.scale: give one number above 0"),
-        ("demands: {n: 16}", "demands: {frame: ned}", "line 5: demands.frame: "),
-        (
-            "demands: {n: 16}",
-            "demands: {columns: depth=z}",
-            "demands: columns: 'depth=z': expected DOF=COLUMN",
-        ),
-        (
-            "demands: {n: 16}",
-            "demands: {frame: flu}",
-            "line 5: demands: frame, columns and scale are of logs",
-        ),
-        (
-            "demands: {n: 16}",
+            ASKED,
             "demands: {set: ros.csv, frame: flu, scale: [1, 2]}",
             "scale: has 2 factors, expected one, or",
         ),
+        (ASKED, "demands: {set: odd.csv}", "'yaw' among fx, fy, c; columns: 'yaw=NAME [Nm]'"),
+        (ASKED, "demands: {set: magic}", "line 5: demands.set: no demand set 'magic'"),
         (
-            "demands: {n: 16}",
-            "demands: {set: odd.csv}",
-            "'yaw' among fx, fy, c; columns: 'yaw=NAME [Nm]'",
-        ),
-        ("demands: {n: 16}", "demands: {set: magic}", "line 5: demands.set: no demand set 'magic'"),
-        (
-            "demands: {n: 16}",
+            ASKED,
             "dof: [surge, sway, yaw, heave]",
             "base: dof: planar thrusters move surge, sway and yaw only, not heave",
         ),
-        ("demands: {n: 16}", "dof: [up]", "dof: give different names out of surge"),
-        ("demands: {n: 16}", "sampling: grid", "groups.bow.x: a grid takes 'steps' of a span"),
-        ("demands: {n: 16}", "constraints: {box: {x: [1, 0]}}", "constraints.box.x: is empty"),
+        (ASKED, "dof: [up]", "dof: give different names out of surge"),
+        (ASKED, "sampling: grid", "groups.bow.x: a grid takes 'steps' of a span"),
+        (ASKED, "constraints: {box: {x: [1, 0]}}", "constraints.box.x: is empty"),
         (
-            "demands: {n: 16}",
+            ASKED,
             "constraints: {box: {x: [0.5, 0.6]}}",
             "constraints.box.x: none of the first 4,096 layouts is left (box.x 4,096); loosen",
         ),
         (
-            "demands: {n: 16}",
+            ASKED,
             "constraints: {distance: 2}",
             "constraints.distance: none of the first 4,096 layouts is left",
         ),
