@@ -2,8 +2,8 @@
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import zip_longest
 from math import isnan, nan
+from operator import itemgetter
 from shlex import quote
 from typing import NamedTuple
 from unicodedata import normalize
@@ -79,6 +79,20 @@ _ANGLES = {name for name in _AXES if {*MOMENTS} & {*name.split(".")} and not nam
 """Known names of moments that attitudes have as well, as ``yaw`` and ``yaw.cmd``."""
 
 
+class Header(NamedTuple):
+    """The header of a table.
+
+    Attributes
+    ----------
+    place : file and line, for messages
+    names, units : of the columns; units are those of a line of their own, empty without one
+    """
+
+    place: str
+    names: Sequence[str]
+    units: Sequence[str]
+
+
 class Column(NamedTuple):
     """A column of a log and what it holds.
 
@@ -127,29 +141,21 @@ def find_spellings(names: Iterable[str]) -> set[Wrench]:
 
 
 def assign(
-    place: str,
-    header: Sequence[str],
-    units: Sequence[str],
-    dof: Sequence[str],
-    given: Mapping[str, str],
-    *,
-    every: bool = True,
+    header: Header, dof: Sequence[str], given: Mapping[str, str], *, every: bool = True
 ) -> dict[str, Column]:
     """The column of each DOF, and of the time where there is one.
 
     Parameters
     ----------
-    place : file and line, for messages
-    header, units : names of the columns; units from a line of their own, empty without one
     dof : what has a column
-    every : whether each of ``dof`` needs one, else those are found that there are
     given : the column's name of some quantities, as the user states it
+    every : whether each of ``dof`` needs one, else those are found that there are
 
     Raises DemandError, with the option --columns that settles it, where a DOF has no column, or may have
     several, or columns are of two spellings, or a unit is not stated, or not known.
     """
-    known = _known(header, units)
-    found = {q: named_column(place, header, units, q, given) for q in (*dof, TIME) if q in given}
+    place, known = header.place, _known(header)
+    found = {q: named_column(header, q, given) for q in (*dof, TIME) if q in given}
     usable = {
         axis: [column for column in known.get(axis, []) if not isnan(column.factor)]
         for axis in dof
@@ -159,7 +165,7 @@ def assign(
         raise DemandError(f"{place}: {_contested(several, given)}")
     by_table = {axis: columns[0] for axis, columns in usable.items() if columns}
     if every and (missing := [axis for axis in dof if axis not in found and axis not in by_table]):
-        raise DemandError(f"{place}: {_missed(header, units, known, given, missing)}")
+        raise DemandError(f"{place}: {_missed(header, known, given, missing)}")
     if by_table and not find_spellings(column.name for column in by_table.values()):
         names = listed([column.name for column in by_table.values()])
         named = {**given, **{axis: column.name for axis, column in by_table.items()}}
@@ -180,7 +186,7 @@ def assign(
             f"{place}: column {name!r} is {listed(twice)}, expected one of them; name another by"
             f" {columns_option({**given, twice[-1]: 'NAME'})}"
         )
-    if TIME not in given and (stamps := known.get(TIME, []) + _two_columns(header)):
+    if TIME not in given and (stamps := known.get(TIME, []) + _two_columns(header.names)):
         other = [column for column in stamps if isnan(column.factor) and column.unit]  # as T [C]
         found[TIME] = next((column for column in stamps if column not in other), stamps[0])
     return found
@@ -207,22 +213,20 @@ def possible_angles(found: Mapping[str, Column]) -> dict[str, str]:
     return columns if {*found} <= {*MOMENTS} else {}
 
 
-def _known(header: Sequence[str], units: Sequence[str]) -> dict[str, list[Column]]:
+def _known(header: Header) -> dict[str, list[Column]]:
     """The columns with known names, by quantity; of times the preferred first."""
-    found: dict[str, list[Column]] = {}
+    found: dict[str, list[tuple[int, Column]]] = {}
     order = list(TIMES)
-    ranks: dict[int, int] = {}
-    for i, name in enumerate(header):
-        bare, unit = split(name, units[i] if i < len(units) else "")
-        if key(name) in _AXES or key(name) in TIMES:  # its last part is no unit
-            bare, unit = name, units[i] if i < len(units) else ""
+    for i, (name, below) in enumerate(zip(header.names, header.units, strict=True)):
+        is_whole = key(name) in _AXES or key(name) in TIMES  # its last part is no unit
+        bare, unit = (name, below) if is_whole else split(name, below)
         quantity = _AXES.get(key(bare)) or (TIME if key(bare) in TIMES else "")
         if quantity:
             usual = TIMES[key(bare)] if quantity == TIME else next(iter(known_units(quantity)))
-            found.setdefault(quantity, []).append(Column(i, name, unit_factor(quantity, unit or usual), unit))
-            ranks[i] = order.index(key(bare)) if quantity == TIME else 0
-    found.get(TIME, []).sort(key=lambda column: ranks[column.place])
-    return found
+            rank = order.index(key(bare)) if quantity == TIME else 0
+            column = Column(i, name, unit_factor(quantity, unit or usual), unit)
+            found.setdefault(quantity, []).append((rank, column))
+    return {q: [column for _, column in sorted(ranked, key=itemgetter(0))] for q, ranked in found.items()}
 
 
 def _two_columns(header: Sequence[str]) -> list[Column]:
@@ -236,24 +240,20 @@ def _two_columns(header: Sequence[str]) -> list[Column]:
     ]
 
 
-def named_column(
-    place: str, header: Sequence[str], units: Sequence[str], quantity: str, given: Mapping[str, str]
-) -> Column:
+def named_column(header: Header, quantity: str, given: Mapping[str, str]) -> Column:
     """The column that --columns gives a quantity, by its whole name, or by that with a unit behind it."""
-    wanted = given[quantity]
+    (place, names, units), wanted = header, given[quantity]
     match = _BRACKETS.fullmatch(wanted)
-    name, unit = (match["name"], match["unit"]) if match and wanted not in header else (wanted, "")
-    if header.count(name) != 1:
-        got = f"stands {header.count(name)} times" if name in header else "is not there"
-        raise DemandError(f"{place}: column {name[:40]!r} for {quantity} {got}; there are {listed(header)}")
-    i = header.index(name)
-    below = units[i : i + 1]
+    name, unit = (match["name"], match["unit"]) if match and wanted not in names else (wanted, "")
+    if names.count(name) != 1:
+        got = f"stands {names.count(name)} times" if name in names else "is not there"
+        raise DemandError(f"{place}: column {name[:40]!r} for {quantity} {got}; there are {listed(names)}")
+    i = names.index(name)
     alike = [q for q in (*DOF, TIME) if known_units(q) is known_units(quantity) and not unit]
-    usual = [
-        column.factor for q, columns in _known([name], below).items() for column in columns if q in alike
-    ]
-    usual += [1.0] if quantity == name.lower() == VOLTS and not (unit or any(below)) else []
-    unit = unit or split(name, below[0] if below else "")[1]
+    own = _known(Header(place, [name], [units[i]]))
+    usual = [column.factor for q, columns in own.items() for column in columns if q in alike]
+    usual += [1.0] if quantity == name.lower() == VOLTS and not (unit or units[i]) else []
+    unit = unit or split(name, units[i])[1]
     column = Column(i, name, usual[0] if usual else unit_factor(quantity, unit), unit)
     if isnan(column.factor) and quantity != TIME:  # dates have no unit
         got = f"unit {unit[:40]!r}" if unit else "no unit"
@@ -272,18 +272,13 @@ def propose_column(quantity: str, name: str) -> str:
 
 
 def _missed(
-    header: Sequence[str],
-    units: Sequence[str],
-    known: Mapping[str, Sequence[Column]],
-    given: Mapping[str, str],
-    missing: Sequence[str],
+    header: Header, known: Mapping[str, Sequence[Column]], given: Mapping[str, str], missing: Sequence[str]
 ) -> str:
     """The refusal of a table in which some DOF have no column, or only one in a unit that is not known."""
-    below = [
-        f" [{unit}]" if unit and not _BRACKETS.fullmatch(n) else ""
-        for n, unit in zip(header, units, strict=False)
+    shown = [
+        f"{name} [{unit}]" if unit and not _BRACKETS.fullmatch(name) else name
+        for name, unit in zip(header.names, header.units, strict=True)
     ]
-    shown = [name + unit for name, unit in zip_longest(header, below, fillvalue="")]
     odd = {axis: known[axis][0] for axis in missing if axis in known}
     parts = []
     if absent := [axis for axis in missing if axis not in odd]:

@@ -88,20 +88,20 @@ def read_demands(
     vehicle; both name file, line, column and remedy.
     """
     table, given = read_table(path), columns or {}
-    place, header, units = table.place, table.header, table.units
+    head, place, header = table.named, table.named.place, table.header
     if missing := [name for name in commands if header.count(name) != 1]:
         raise DemandError(
             f"{place}: no one column {missing[0]!r}; give {commands[0]} … {commands[-1]}, one a thruster"
         )
     if not any(header):
         raise DemandError(f"{place}: the file is empty; give a header '{','.join(dof)}' and one row a demand")
-    found = assign(place, header, units, dof, given, every=not commands)
+    found = assign(head, dof, given, every=not commands)
     angles: dict[str, str] = {}
     if commands and {*found} <= {TIME, *MOMENTS}:
         angles = possible_angles({axis: found[axis] for axis in found if axis not in (TIME, *given)})
     found = {quantity: column for quantity, column in found.items() if quantity not in angles}
     axes = [axis for axis in dof if axis in found]
-    limits = limit_columns(place, header, units, thrusters, given, found)
+    limits = limit_columns(head, thrusters, given, found)
     limits = {name: column for name, column in limits.items() if name == VOLTS or not commands}
     used = {name: header.index(name) for name in commands}
     used |= {name: column.place for name, column in (limits | found).items()}

@@ -3,7 +3,6 @@
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
 
@@ -11,25 +10,18 @@ from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError, VehicleError
 from alloc.vehicle.limits import VoltageTable
-from bench.inputs.columns import VOLTS, Column, named_column, split
+from bench.inputs.columns import VOLTS, Column, Header, named_column, split
 
 _LIMIT = re.compile(r"f(?P<thruster>\d{1,9})_(?P<side>min|max)")
 
 
 def limit_columns(
-    place: str,
-    header: Sequence[str],
-    units: Sequence[str] = (),
-    thrusters: Sequence[str] = (),
-    given: Mapping[str, str] = MappingProxyType({}),
-    found: Mapping[str, Column] = MappingProxyType({}),
+    header: Header, thrusters: Sequence[str], given: Mapping[str, str], found: Mapping[str, Column]
 ) -> dict[str, Column]:
     """Columns that hold limits, by name: ``volts`` [V], ``f3_min`` [N].
 
     Parameters
     ----------
-    place : file and line, for messages
-    header, units : names of the columns; units from a line of their own, empty without one
     thrusters : their names; ``bow port_min`` is ``f0_min`` where bow port is the first
     given, found : names as the user states them, by quantity, and the columns found by these
 
@@ -39,19 +31,19 @@ def limit_columns(
     named = [(i, name) for i, name in enumerate(thrusters) if name]
     places = {f"{name}_{side}": f"f{i}_{side}" for i, name in named for side in ("min", "max")}
     others = {column.place for quantity, column in found.items() if quantity in given}
-    for i, column in enumerate(header):
-        bare, unit = split(column, units[i] if i < len(units) else "")
+    for i, (column, below) in enumerate(zip(header.names, header.units, strict=True)):
+        bare, unit = split(column, below)
         name = places.get(bare) or bare.lower()
         if i in others or not (name == VOLTS or _LIMIT.fullmatch(name)):
             continue
         if name in limits:
-            raise DemandError(f"{place}: column {name!r} stands twice; keep one")
+            raise DemandError(f"{header.place}: column {name!r} stands twice; keep one")
         factors = {"": 1.0, "V": 1.0, "mV": 1e-3} if name == VOLTS else {"": 1.0, "N": 1.0}
         if (unit := unit.strip()) not in factors:
-            raise DemandError(f"{place}: {column!r} is in {unit}, expected N, or V or mV for volts")
+            raise DemandError(f"{header.place}: {column!r} is in {unit}, expected N, or V or mV for volts")
         limits[name] = Column(i, column, factors[unit], unit)
     if VOLTS in given:
-        limits[VOLTS] = named_column(place, header, units, VOLTS, given)
+        limits[VOLTS] = named_column(header, VOLTS, given)
     return limits
 
 
