@@ -187,22 +187,6 @@ def test_a_failed_thruster_stays_at_rest(demands: Path) -> None:
     assert (F[:, 1] == 0).all()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "names"),
-    [
-        (["--vehicle", "nobody", "--method", "pinv"], "nobody"),
-        (["--vehicle", "ukwial", "--method", "nothing"], "nothing"),
-        (["--vehicle", "ukwial", "--method", "pinv", "--fault", "9"], "9"),
-        (["--vehicle", "ukwial", "--method", "pinv", "--fault", "two"], "two"),
-        (["--vehicle", "ukwial", "--method", "qp/osqp", "--level", "perfect"], "perfect"),
-    ],
-)
-def test_an_unknown_name_is_named_in_the_error(demands: Path, arguments: list[str], names: str) -> None:
-    error = allocate(*arguments, demands).exception
-    assert type(error).__module__ == "alloc.errors"
-    assert names in str(error)
-
-
 def test_thrusters_are_named_in_fault_and_header_as_the_vehicle_names_them(tmp_path: Path) -> None:
     shipped = Path(str(find_file("ukwial"))).read_text(encoding="utf-8")
     mine = tmp_path / "mine.yaml"
@@ -345,8 +329,3 @@ def test_a_cap_that_can_t_be_kept_is_refused(demands: Path, method: str, cap: st
     result = allocate(demands, "--vehicle", "ukwial", "--method", method, "--cap", cap)
     assert isinstance(result.exception, AllocError)
     assert said in str(result.exception)
-
-
-def test_esc_of_a_vehicle_without_one_is_refused(demands: Path) -> None:
-    result = allocate(demands, "--vehicle", "ukwial", "--method", "pinv", "--esc")
-    assert "add 'esc' to its file" in str(result.exception)

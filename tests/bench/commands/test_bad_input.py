@@ -21,6 +21,7 @@ from tests.places import ROOT
 
 GOOD = "surge,sway,yaw\n1,2,3\n"
 ALLOCATE = "allocate|good.csv|--vehicle|ukwial|--method"
+CODEGEN = "codegen|--vehicle|ukwial|--method"
 IMPORT = "import|TAM.yaml|--f-min|-1|--f-max|1"
 TAM = "tam: [[1, 1], [0, 0], [0, 0], [0, 0], [0, 0], [-1, 1]]\n"
 
@@ -125,6 +126,20 @@ def refusal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
         (f"{ALLOCATE}|pinv|--plugin|good.py", "good.py: holds method 'good', not 'pinv'; give --method good"),
         (f"{ALLOCATE}|unbuilt|--plugin|unbuilt.py", "unbuilt.py: line 2: RuntimeError: no"),
         (f"{ALLOCATE}|divides|--plugin|divides.py", "divides.py: line 2: ZeroDivisionError"),
+        (f"{ALLOCATE}|qp/osqp|--level|perfect", "qp/osqp has no level 'perfect'"),
+        (f"{ALLOCATE}|pinv|--esc", "ukwial: has no ESCs for --esc; add 'esc' to its file"),
+        (
+            "demands|good.csv|--vehicle|ukwial|--from-outputs",
+            "ukwial: has no ESCs for --from-outputs; add 'esc'",
+        ),
+        (f"{CODEGEN}|svd|--out|out", "no kernel 'svd'"),
+        (f"{CODEGEN}|pinv|--esc|--out|out", "ukwial: has no ESCs; add 'esc' to its file"),
+        (f"{CODEGEN}|pinv|--noise|4|--out|out", "--noise is of --monitor; give that too"),
+        (f"{CODEGEN}|pinv|--monitor|--noise|1e-9|--out|out", "--noise: surge: got 1e-09 N"),
+        (f"{CODEGEN}|pinv|--out|/dev/null/here", "give another --out"),
+        (f"{CODEGEN}|walsh|--faults|all|--out|out", "leave out --faults all"),
+        ("codegen|--vehicle|titanic|--method|pinv|--out|out", "no vehicle 'titanic'"),
+        ("codegen|--vehicle|supply-vessel|--method|walsh|--out|out", "walsh: supply-vessel"),
         ("check|gone.yaml", "gone.yaml: can't be read"),
         ("check|ukwial|--noise|1", "--noise and -o are of --failures; give that too"),
         (
@@ -138,7 +153,7 @@ def refusal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
         ("check|bluerov2|--fit-current|gone.bin", "gone.bin"),
         ("check|no-curve.yaml", "no-curve.yaml: esc: gone.csv: can't be read"),
         ("check|binary.csv", "binary.csv, line 2: not UTF-8 text; give"),
-        ("import|TAM.yaml", "no limits in it; give --f-min and --f-max"),
+        ("import|TAM.yaml|-o|ours.yaml", "no limits in it; give --f-min and --f-max"),
         ("import|TAM.yaml|--f-min|nan|--f-max|1", "f_min holds NaN"),
         ("import|TAM.yaml|--f-min|3|--f-max|1", "exceeds"),
         ("import|TAM.yaml|--f-min|x|--f-max|1", "'x' is not a valid float"),

@@ -2,7 +2,6 @@
 
 import ctypes
 import subprocess
-import sys
 from math import nan
 from pathlib import Path
 
@@ -152,36 +151,6 @@ def test_names_of_thrusters_stand_in_header_and_page(tmp_path: Path) -> None:
     texts = {file.suffix: file.read_text() for file in files if not file.stem.endswith("_test")}
     assert " *        f[7] BRV\n" in texts[".h"]
     assert "| `f[7]` BRV |" in texts[".md"]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (["--vehicle", "ukwial", "--method", "svd"], "no kernel 'svd'"),
-        (["--vehicle", "ukwial", "--method", "pinv", "--esc"], "ukwial: has no ESCs; add 'esc' to its file"),
-        (
-            ["--vehicle", "ukwial", "--method", "pinv", "--noise", "4"],
-            "--noise is of --monitor; give that too",
-        ),
-        (
-            ["--vehicle", "ukwial", "--method", "pinv", "--monitor", "--noise", "1e-9"],
-            "--noise: surge: got 1e-09 N",
-        ),
-        (["--vehicle", "titanic", "--method", "pinv"], "no vehicle 'titanic'"),
-        (["--vehicle", "supply-vessel", "--method", "walsh"], "walsh: supply-vessel"),
-        (["--vehicle", "ukwial", "--method", "pinv", "--out", "/dev/null/here"], "give another --out"),
-        (["--vehicle", "ukwial", "--method", "walsh", "--faults", "all"], "leave out --faults all"),
-    ],
-)
-def test_what_cannot_be_generated_is_one_line_and_exit_code_2(tmp_path, arguments, says) -> None:
-    if "--out" not in arguments:
-        arguments = [*arguments, "--out", str(tmp_path)]
-    done = subprocess.run(
-        [sys.executable, "-m", "bench", "codegen", *arguments], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 2
-    assert says in done.stderr
-    assert len(done.stderr.splitlines()) == 1
 
 
 @pytest.mark.parametrize(

@@ -243,11 +243,6 @@ def test_a_file_of_demands_is_a_demand_set(file: Path) -> None:
     np.testing.assert_array_equal(demands.taus[:, 0], [10, 1000, 0])
 
 
-def test_a_log_of_an_unknown_kind_names_the_known_ones(tmp_path: Path) -> None:
-    with pytest.raises(FileError, match=r"\.csv"):
-        build_demands(written(tmp_path / "x.docx", "PK"), UKWIAL, seed=1)
-
-
 def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
     path = tmp_path / "out.csv"
     write_text(path, "first\n")

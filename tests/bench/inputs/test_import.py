@@ -318,14 +318,6 @@ def test_the_commands_import_check_and_export(tmp_path: Path) -> None:
     assert set(writable()) == {"csv", "ros", "px4", "ardusub-matrix"}
 
 
-def test_importing_a_file_without_limits_ends_with_2_and_writes_nothing(tmp_path: Path) -> None:
-    (tmp_path / "TAM.yaml").write_text(TAM)
-    run = thrustbench("import", tmp_path / "TAM.yaml", "-o", tmp_path / "ours.yaml")
-    assert run.returncode == 2
-    assert run.stderr.count("\n") == 1
-    assert not (tmp_path / "ours.yaml").exists()
-
-
 AUV_CONTROLLERS = """\
 thruster_allocation_matrix_controller:
   ros__parameters:

@@ -398,12 +398,6 @@ def test_a_few_commands_beyond_the_range_are_doubted_and_a_step_is_not(tmp_path:
     )
 
 
-def test_a_vehicle_without_esc_is_refused(tmp_path: Path) -> None:
-    command = ["demands", str(csv(tmp_path)), "--vehicle", "ukwial", "--from-outputs"]
-    result = CliRunner().invoke(cli, command, standalone_mode=False)
-    assert "add 'esc' to its file" in str(result.exception)
-
-
 def test_a_damaged_format_that_would_hold_the_parser_for_ever_is_refused(tmp_path: Path) -> None:
     file = binary(tmp_path)
     good = file.read_bytes()
