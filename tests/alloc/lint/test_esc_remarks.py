@@ -1,4 +1,4 @@
-"""Remarks of `check` on a curve: each slip of a file gives its remark, and a sound file gives none."""
+"""Remarks of `check` on curves, currents and a cap: a slip gives its remark, and a sound file gives none."""
 
 import re
 from pathlib import Path
@@ -135,3 +135,33 @@ def test_limits_that_were_left_out_are_those_at_the_usual_voltage_and_check_says
     assert ("limits were left out, so those at 'volts', 14 V, hold at more, too: at 16 V" in said) == noted
     vehicle = load_vehicle(tmp_path / "mine.yaml")
     assert (vehicle.limits(volts=16.0)[1] == (35 if noted else 40)).all()
+
+
+CONVEX, BENT = "[[-100, 8], [0, 0], [50, 2], [100, 9]]", "[[-100, 8], [0, 0], [50, 6], [100, 9]]"
+
+
+def currents(at_12: str, at_16: str) -> str:
+    """An ESC with currents at two voltages."""
+    curve = "12: [[-100, -30], [0, 0], [100, 40]], 16: [[-100, -40], [0, 0], [100, 50]]"
+    current = f"{{12: {at_12}, 16: {at_16}}}"
+    return f"neutral: 0, range: [-100, 100], volts: 12, curve: {{{curve}}}, current: {current}"
+
+
+def test_check_says_what_all_draw_at_once_and_what_the_cap_leaves(tmp_path: Path) -> None:
+    said = remarks(tmp_path, currents(CONVEX, CONVEX))
+    assert "all thrusters at their limits together draw 18 A at 12 V; if a fuse gives less" in said
+    said = remarks(tmp_path, currents(CONVEX, CONVEX), "cap: {amps: 12, reserve: 2}")
+    assert "together draw 18 A at 12 V; the cap leaves them 10 A" in said
+
+
+def test_check_says_how_far_the_convex_curve_lies_above(tmp_path: Path) -> None:
+    # Of 9 A at 40 N a straight line has 4.5 A at 20 N. There 6 A were measured, so the end is raised to 12.
+    assert "lies above, by at most 3 A, at 40 N and 12 V" in remarks(tmp_path, currents(BENT, CONVEX))
+    assert "not convex" not in remarks(tmp_path, currents(CONVEX, CONVEX))
+
+
+def test_check_names_two_voltages_with_the_same_currents(tmp_path: Path) -> None:
+    assert "the currents at 12 V and 16 V are the same in all 4 points" in remarks(
+        tmp_path, currents(CONVEX, CONVEX)
+    )
+    assert "are the same in all" not in remarks(tmp_path, currents(CONVEX, BENT))
