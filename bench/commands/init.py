@@ -33,14 +33,14 @@ def command(name: str, like: str, language: str) -> None:
     from alloc.vehicle.file import build_vehicle, find_file, read_document
     from bench.inputs import starter
 
-    name = starter.checked_name(name.removesuffix(".yaml"))
+    name = starter.check_name(name.removesuffix(".yaml"))
     vehicle_file, demands = Path(f"{name}.yaml"), Path("demands.csv")
     methods = {Path(file): text for file, text in starter.plugin("My allocator", language).items()}
     for file in (vehicle_file, demands, *methods):
         if file.exists():
             raise FileError("is there already, and nothing is replaced; go to another folder", path=file)
-    keys = starter.like(name, read_document(find_file(like)).keys, like) if like else _asked(name)
-    text = starter.commented(keys)
+    keys = starter.copy_keys(name, read_document(find_file(like)).keys, like) if like else _asked(name)
+    text = starter.keys_text(keys)
     vehicle = build_vehicle(keys)
     refuse_azimuths(vehicle.azimuths, f"--like {like}", "nothing else in the folder would take them")
     write_text(vehicle_file, text)
@@ -65,7 +65,7 @@ def _asked(name: str) -> "VehicleFile":
     """The vehicle that a few questions on the terminal describe."""
     import sys
 
-    from bench.inputs.starter import sketched
+    from bench.inputs.starter import sketch_keys
 
     def ask(question: str, default: float) -> float:
         return float(click.prompt(question, default=default, type=float, err=True))
@@ -82,4 +82,4 @@ def _asked(name: str) -> "VehicleFile":
         if sys.stdin.isatty():
             raise
         raise click.UsageError("no answers on standard input; give --like VEHICLE") from None
-    return sketched(name, length, width, angle, round(vertical), ahead, astern)
+    return sketch_keys(name, length, width, angle, round(vertical), ahead, astern)

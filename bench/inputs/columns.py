@@ -79,7 +79,7 @@ _ANGLES = {name for name in _AXES if {*MOMENTS} & {*name.split(".")} and not nam
 """Known names of moments that attitudes have as well, as ``yaw`` and ``yaw.cmd``."""
 
 
-class Header(NamedTuple):
+class TableHeader(NamedTuple):
     """The header of a table.
 
     Attributes
@@ -141,7 +141,7 @@ def find_spellings(names: Iterable[str]) -> set[Wrench]:
 
 
 def assign(
-    header: Header, dof: Sequence[str], given: Mapping[str, str], *, every: bool = True
+    header: TableHeader, dof: Sequence[str], given: Mapping[str, str], *, every: bool = True
 ) -> dict[str, Column]:
     """The column of each DOF, and of the time where there is one.
 
@@ -213,7 +213,7 @@ def possible_angles(found: Mapping[str, Column]) -> dict[str, str]:
     return columns if {*found} <= {*MOMENTS} else {}
 
 
-def _known(header: Header) -> dict[str, list[Column]]:
+def _known(header: TableHeader) -> dict[str, list[Column]]:
     """The columns with known names, by quantity; of times the preferred first."""
     found: dict[str, list[tuple[int, Column]]] = {}
     order = list(TIMES)
@@ -240,7 +240,7 @@ def _two_columns(header: Sequence[str]) -> list[Column]:
     ]
 
 
-def named_column(header: Header, quantity: str, given: Mapping[str, str]) -> Column:
+def named_column(header: TableHeader, quantity: str, given: Mapping[str, str]) -> Column:
     """The column that --columns gives a quantity, by its whole name, or by that with a unit behind it."""
     (place, names, units), wanted = header, given[quantity]
     match = _BRACKETS.fullmatch(wanted)
@@ -250,7 +250,7 @@ def named_column(header: Header, quantity: str, given: Mapping[str, str]) -> Col
         raise DemandError(f"{place}: column {name[:40]!r} for {quantity} {got}; there are {listed(names)}")
     i = names.index(name)
     alike = [q for q in (*DOF, TIME) if known_units(q) is known_units(quantity) and not unit]
-    own = _known(Header(place, [name], [units[i]]))
+    own = _known(TableHeader(place, [name], [units[i]]))
     usual = [column.factor for q, columns in own.items() for column in columns if q in alike]
     usual += [1.0] if quantity == name.lower() == VOLTS and not (unit or units[i]) else []
     unit = unit or split(name, units[i])[1]
@@ -272,7 +272,10 @@ def propose_column(quantity: str, name: str) -> str:
 
 
 def _missed(
-    header: Header, known: Mapping[str, Sequence[Column]], given: Mapping[str, str], missing: Sequence[str]
+    header: TableHeader,
+    known: Mapping[str, Sequence[Column]],
+    given: Mapping[str, str],
+    missing: Sequence[str],
 ) -> str:
     """The refusal of a table in which some DOF have no column, or only one in a unit that is not known."""
     shown = [

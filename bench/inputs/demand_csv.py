@@ -28,7 +28,7 @@ from bench.inputs.columns import (
     key,
     possible_angles,
 )
-from bench.inputs.frames import Stated, frame_columns, frame_comment, of_table
+from bench.inputs.frames import Stated, frame_columns, frame_comment, table_frame
 from bench.inputs.log_limits import limit_columns
 from bench.inputs.table import LARGEST as LATEST
 from bench.inputs.table import Cells, is_blank, is_number, read_table
@@ -131,7 +131,7 @@ def read_demands(
         np.column_stack([values[axis] * found[axis].factor if axis in found else none for axis in dof]),
         said if parts[0] or not said else f"{path.name}: {said}",
         {name: values[name] * column.factor for name, column in limits.items()},
-        of_table(table.text, header, cells, names),
+        table_frame(table.text, header, cells, names),
         "; ".join(filter(None, (_steps(path, t, found.get(TIME), table), _repeats(path, t, values)))),
         shares=any(wrench.shares for wrench in find_spellings(names)),
         others=len(header) > len({*used.values(), *also}),

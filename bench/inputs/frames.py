@@ -52,7 +52,7 @@ def frame_comment(frame: str) -> str:
     return f"# frame: {frame} ({AXES[frame]})\n"
 
 
-def of_comments(text: str) -> Stated:
+def read_comments(text: str) -> Stated:
     """The frame that comments state, as ``# frame: flu``, or with ROS's frame_id.
 
     Undecided where these name two frames, or another one, or where comments have words about axes only in
@@ -62,7 +62,7 @@ def of_comments(text: str) -> Stated:
     for comment in _COMMENT.finditer(text):
         if match := _FORM.search(comment[0]):
             name = match["name"].lower()
-            names.add(of_id(name) if match["id"] and not is_fixed(name) else name)
+            names.add(id_frame(name) if match["id"] and not is_fixed(name) else name)
         elif not unread and _WORD.search(comment[0]):
             unread = f"line {text.count(chr(10), 0, comment.start()) + 1}: {comment[0].strip()[:60]!r}"
     if names:
@@ -79,7 +79,7 @@ def _other(place: str, said: str) -> str:
     return f"{place} states frame {said[:60]}, expected frd or flu; {REMEDY}"
 
 
-def of_id(frame_id: str) -> str:
+def id_frame(frame_id: str) -> str:
     """The frame of a ROS frame_id: z down where it says so by ned (REP 103), frd, fsd or down, else up."""
     down = _DOWN.search(frame_id) or (_WORD.search(frame_id) and "down" in frame_id.lower())
     return "frd" if down else "flu"
@@ -90,9 +90,9 @@ def is_fixed(frame_id: str) -> bool:
     return frame_id.lower().rpartition("/")[2].partition("_")[0] in FIXED
 
 
-def of_ids(ids: Set[str]) -> Stated:
+def ids_frame(ids: Set[str]) -> Stated:
     """The frame of ROS's frame_ids; undecided where z is down in some and up in others, or one is fixed."""
-    down = {name for name in ids if of_id(name) == "frd"}
+    down = {name for name in ids if id_frame(name) == "frd"}
     if down and down != ids:
         return Stated(refusal=_other("its frame_id", f"{min(down)!r} and {min(ids - down)!r}"))
     if still := sorted(filter(is_fixed, ids)):
@@ -112,7 +112,7 @@ def frame_columns(header: Sequence[str], first: Sequence[str], taken: Set[int]) 
     return {i: known for i, known in named.items() if known or (i < len(first) and _WORD.search(first[i]))}
 
 
-def of_table(text: str, header: Sequence[str], cells: dict[int, set[str]], names: Iterable[str]) -> Stated:
+def table_frame(text: str, header: Sequence[str], cells: dict[int, set[str]], names: Iterable[str]) -> Stated:
     """The frame of a table's demands, by its comments, its column of the frame, or its names.
 
     Parameters
@@ -121,11 +121,11 @@ def of_table(text: str, header: Sequence[str], cells: dict[int, set[str]], names
     cells : by place, what stands in columns that may state the frame, in small letters
     names : of the demands' columns
     """
-    comment = of_comments(text)
+    comment = read_comments(text)
     known = {i: said for i, said in cells.items() if key(header[i]) in FRAMES}
     ids = {cell for said in known.values() for cell in said if cell}
     if comment != Stated():
-        others = sorted(c for c in ids if _WORD.search(c) and of_id(c) != comment.frame)
+        others = sorted(c for c in ids if _WORD.search(c) and id_frame(c) != comment.frame)
         if comment.refusal or not others:
             return comment
         return Stated(refusal=_other("its comment", f"{comment.frame}, a row of it {others[0]!r}"))
@@ -133,7 +133,7 @@ def of_table(text: str, header: Sequence[str], cells: dict[int, set[str]], names
     if odd := sorted(cell for cell in frames if not (_WORD.search(cell) or is_fixed(cell))):
         return Stated(refusal=_other("its column 'frame'", repr(odd[0])))
     if ids:
-        return of_ids(ids)
+        return ids_frame(ids)
     for i, said in cells.items():
         if words := sorted(filter(_WORD.search, said)):
             return Stated(refusal=_unread(f"column {header[i][:40]!r} with {words[0][:40]!r}"))
@@ -147,7 +147,7 @@ def of_table(text: str, header: Sequence[str], cells: dict[int, set[str]], names
     return Stated(ros=next((name for name in names if _ROS.search(key(name))), ""))
 
 
-def in_frame(
+def turn_to_frame(
     path: Path, taus: FloatArray, dof: tuple[str, ...], stated: Stated, told: str, wanted: str
 ) -> tuple[FloatArray, str]:
     """Demands (N, k) in the frame of a vehicle, and a sentence on what was done to them.

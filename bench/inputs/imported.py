@@ -21,7 +21,7 @@ from alloc.vehicle.names import unmistakable
 from alloc.vehicle.weak import DRAWN, WEAK, axis_scale, doubts
 from bench.inputs.draft import Draft, mismatch
 from bench.inputs.formats import find_format, readable, tam
-from bench.inputs.frames import of_comments
+from bench.inputs.frames import read_comments
 
 PLANAR = ("surge", "sway", "yaw")
 PREFERRED = ("surge", "sway", "heave", "yaw", "roll", "pitch")
@@ -160,7 +160,7 @@ def _frame(path: Path, draft: Draft, text: str, wanted: str) -> tuple[str, str, 
         return wanted, "", f"The frame is {wanted}, as told."
     frame, why = draft.frame or "frd", draft.frame_assumed
     if why or not draft.frame:
-        stated = of_comments(text)
+        stated = read_comments(text)
         if stated.refusal:
             raise VehicleError(f"{path}: {stated.refusal}", "frame")
         why = why or f"The file names no frame: {described('frd')} is taken; --frame flu if z is up."

@@ -10,13 +10,13 @@ from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError, VehicleError
 from alloc.vehicle.limits import VoltageTable
-from bench.inputs.columns import VOLTS, Column, Header, named_column, split
+from bench.inputs.columns import VOLTS, Column, TableHeader, named_column, split
 
 _LIMIT = re.compile(r"f(?P<thruster>\d{1,9})_(?P<side>min|max)")
 
 
 def limit_columns(
-    header: Header, thrusters: Sequence[str], given: Mapping[str, str], found: Mapping[str, Column]
+    header: TableHeader, thrusters: Sequence[str], given: Mapping[str, str], found: Mapping[str, Column]
 ) -> dict[str, Column]:
     """Columns that hold limits, by name: ``volts`` [V], ``f3_min`` [N].
 

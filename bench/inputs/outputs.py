@@ -13,7 +13,7 @@ from alloc.vehicle.frame import turned
 from alloc.vehicle.geometry import DOF
 from bench.inputs.columns import VOLTS
 from bench.inputs.demand_csv import read_demands
-from bench.inputs.frames import Stated, in_frame
+from bench.inputs.frames import Stated, turn_to_frame
 from bench.inputs.log_files import reader
 from bench.inputs.table import TABLES, read_table
 
@@ -115,7 +115,7 @@ def read_outputs(
     doubt = "; ".join(filter(None, (outputs.doubt, _beyond(path, outputs.u, vehicle))))
     outputs = outputs._replace(u=np.where((outputs.u == 0) & silent, neutral, outputs.u), doubt=doubt)
     if outputs.taus is not None:
-        taus, turning = in_frame(path, outputs.taus, vehicle.dof, outputs.stated, frame, vehicle.frame)
+        taus, turning = turn_to_frame(path, outputs.taus, vehicle.dof, outputs.stated, frame, vehicle.frame)
         outputs = outputs._replace(taus=taus, said=f"{outputs.said}; {turning}")
     elif frame:
         raise DemandError(f"{path}: has no demands that could be in a frame; leave out --frame {frame}")

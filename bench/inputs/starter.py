@@ -59,7 +59,7 @@ SAME_T = 0.01
 """Largest difference, of a row's largest entry, at which poses stand for a published T of three digits."""
 
 
-def like(name: str, keys: VehicleFile, origin: str) -> VehicleFile:
+def copy_keys(name: str, keys: VehicleFile, origin: str) -> VehicleFile:
     """The keys of a vehicle that starts as a copy of another: poses with names, in the other's frame.
 
     T is kept where no poses make it, as of a published T whose moments contradict each other.
@@ -71,7 +71,7 @@ def like(name: str, keys: VehicleFile, origin: str) -> VehicleFile:
     moments = reaction_torques(keys, len(positions))
     made = pose_matrix(positions, unit, center, moments)[[DOF.index(axis) for axis in keys.dof]]
     off = np.abs(made - T).max(axis=1) / np.abs(T).max(axis=1).clip(min=1e-9)
-    names = _own_names(keys) or places(positions - center, unit, keys.frame or "frd")
+    names = _own_names(keys) or name_places(positions - center, unit, keys.frame or "frd")
     copied = msgspec.structs.replace(
         keys, name=name, source=f"copied from {origin}; no number is measured yet", notes=[]
     )
@@ -95,7 +95,7 @@ def like(name: str, keys: VehicleFile, origin: str) -> VehicleFile:
     )
 
 
-def sketched(
+def sketch_keys(
     name: str, length: float, width: float, angle: float, vertical: int, ahead: float, astern: float
 ) -> VehicleFile:
     """The keys of a vehicle told in a few words: four horizontal thrusters at its corners, and vertical ones.
@@ -131,13 +131,13 @@ def sketched(
         name=name,
         source="sketched; no number is measured yet",
         dof=moved,  # type: ignore[arg-type]  # names out of DOF, which are the Literal's
-        thrusters=_thrusters(places(positions, directions), positions, directions),
+        thrusters=_thrusters(name_places(positions, directions), positions, directions),
         f_min=-astern,
         f_max=ahead,
     )
 
 
-def commented(keys: VehicleFile) -> str:
+def keys_text(keys: VehicleFile) -> str:
     """The text of a vehicle file, each key with what it means."""
     blocks: dict[str, list[str]] = {}
     key = ""
@@ -216,14 +216,14 @@ def plugin(words: str, language: str = "python") -> dict[str, str]:
     return {name: file.read_text(encoding="utf-8") for name, file in found.items()}
 
 
-def checked_name(name: str) -> str:
+def check_name(name: str) -> str:
     """The name, where it may be a file's and a vehicle's; raises VehicleError."""
     if not re.fullmatch(r"[A-Za-z][\w.-]{0,39}", name, flags=re.ASCII):
         raise VehicleError(f"{name[:60]!r}: a name is up to 40 letters, digits, '-' and '_', a letter first")
     return name
 
 
-def places(arms: FloatArray, directions: FloatArray, frame: str = "frd") -> list[str]:
+def name_places(arms: FloatArray, directions: FloatArray, frame: str = "frd") -> list[str]:
     """Names of thrusters by where they sit (n, 3) [m] and which way they push (n, 3), each its own."""
     arms = arms * TURN if frame == "flu" else arms
     reach = np.abs(arms).max(axis=0)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from alloc.errors import FileError
 from alloc.files.textfile import read_text
-from bench.inputs.columns import SECONDS, TIME, UNITS, Column, Header, columns_option
+from bench.inputs.columns import SECONDS, TIME, UNITS, Column, TableHeader, columns_option
 
 TABLES = (".csv", ".txt", ".tsv", ".dat", "")
 """Suffixes of tables; a pipe, as in <(zcat demands.csv.gz), has none."""
@@ -53,10 +53,10 @@ class Cells:
     dates: bool | None = None
 
     @property
-    def named(self) -> Header:
+    def named(self) -> TableHeader:
         """The header with a unit for each column, and its place."""
         place = f"{self.path}, line {self.line}"
-        return Header(place, self.header, self.units or [""] * len(self.header))
+        return TableHeader(place, self.header, self.units or [""] * len(self.header))
 
     def error(self, line: int, why: str) -> FileError:
         """The error that names file and line."""

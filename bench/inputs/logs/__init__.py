@@ -17,7 +17,7 @@ from alloc.vehicle import LARGEST
 from alloc.vehicle.geometry import DOF
 from bench.inputs.columns import VOLTS
 from bench.inputs.demand_csv import Demanded, read_demands, scale_factors
-from bench.inputs.frames import in_frame
+from bench.inputs.frames import turn_to_frame
 from bench.inputs.log_files import in_order, reader
 from bench.inputs.table import TABLES
 
@@ -76,7 +76,7 @@ def read_log(
         log = read_demands(path, dof, options.columns, thrusters)
     else:
         log = _from_module(path, dof, topic, options)
-    taus, turning = in_frame(path, log.taus, dof, log.stated, options.frame, frame)
+    taus, turning = turn_to_frame(path, log.taus, dof, log.stated, options.frame, frame)
     said = f"{log.said}; {turning}" if log.said else f"{path.name}: {turning}"
     return log._replace(
         taus=taus * scale_factors(options.scale, dof), said=said, shares=log.shares and not options.scale

@@ -10,7 +10,7 @@ from alloc.allocation import FloatArray
 from alloc.errors import DemandError, FileError, NotInstalled
 from alloc.vehicle.geometry import DOF
 from bench.inputs.demand_csv import Demanded
-from bench.inputs.frames import of_ids
+from bench.inputs.frames import ids_frame
 from bench.inputs.log_files import parsing
 
 SUFFIXES = (".bag", ".db3", ".mcap", "/")
@@ -101,4 +101,4 @@ def _log(messages: list[tuple[int, Any]]) -> Demanded:
     ).reshape(-1, len(DOF))
     frames = {str(header.frame_id).lower() for header in headers if header is not None}
     start = t_ns.min(initial=t_ns[0]) if len(t_ns) else 0
-    return Demanded((t_ns - start) / 1e9, taus, stated=of_ids(frames))
+    return Demanded((t_ns - start) / 1e9, taus, stated=ids_frame(frames))

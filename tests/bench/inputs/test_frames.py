@@ -21,7 +21,7 @@ from bench.__main__ import cli
 from bench.demands import build_demands
 from bench.inputs.columns import parse_columns
 from bench.inputs.demand_csv import format_demands
-from bench.inputs.frames import of_id
+from bench.inputs.frames import id_frame
 from bench.inputs.logs import LogOptions, log_for, read_log
 from bench.inputs.starter import first_demands
 from tests.log_files import PLANAR, WRITERS, write_bag1, write_bag2, write_ulog
@@ -414,7 +414,7 @@ def test_frame_ids_that_do_not_turn_or_contradict_each_other_are_refused(tmp_pat
 )
 def test_a_frame_id_says_by_a_word_that_z_is_down(name: str, frame: str) -> None:
     """fsd is ahead, starboard, down: taken for z up, sway, heave, pitch and yaw changed their signs."""
-    assert of_id(name) == frame
+    assert id_frame(name) == frame
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from alloc.lint.check import check_vehicle
 from bench.__main__ import cli
 from bench.inputs.demand_csv import read_demands
 from bench.inputs.faults import EACH, GivenFault, faulty, parse_fault, with_fault
-from bench.inputs.starter import places, sketched
+from bench.inputs.starter import name_places, sketch_keys
 
 
 @pytest.fixture(autouse=True)
@@ -107,14 +107,14 @@ def test_a_name_that_is_no_file_s_is_refused(name: str, here: Path) -> None:
 def test_answers_that_no_vehicle_has_are_refused_and_none_at_all_name_the_option(here: Path) -> None:
     for wrong in ((0, 0.4, 45, 4, 50, 35), (0.6, 0.4, 90, 4, 50, 35), (0.6, 0.4, 45, 3, 50, 35)):
         with pytest.raises(VehicleError):
-            sketched("mine", *wrong)  # type: ignore[arg-type]
+            sketch_keys("mine", *wrong)  # type: ignore[arg-type]
     assert "give --like VEHICLE" in str(init("mine").exception)
 
 
 def test_places_are_named_by_where_thrusters_sit() -> None:
     arms = np.array([[1.0, 1, 0], [-1, -1, 0], [0, 1, 0], [0, 0, 1], [0, 0, 1], [1, 0, 0]])
     ways = np.array([[1.0, 0, 0], [0.7, 0.7, 0], [0, 0, 1], [1, 0, 0], [1, 0, 0], [0, 1, 0]])
-    assert places(arms, ways) == [
+    assert name_places(arms, ways) == [
         "front starboard",
         "rear port",
         "vertical starboard",
