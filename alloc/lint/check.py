@@ -5,8 +5,7 @@ from typing import get_args
 
 from alloc.errors import FileError, VehicleError
 from alloc.lint.autopilot import choose, on_autopilot
-from alloc.lint.current import on_current
-from alloc.lint.esc import on_esc
+from alloc.lint.esc import on_current, on_esc
 from alloc.lint.failures import failures, on_exact_method, on_failures, on_weak, pairs
 from alloc.lint.geometry import (
     on_columns,
