@@ -1,9 +1,9 @@
 """Sentences on all demands of a set, asked of 100,000 others of that set.
 
-``python docs/studies/fresh_demands.py [VEHICLE …]`` draws them for each shipped vehicle, four minutes in all,
-and prints each sentence that fails: methods by which *nothing is lost* of 2,000 drawn evenly; what the
-closed form misses *up to*, at the worst of the corners and of these; methods that *answer every demand*, also
-demands beyond what the vehicle can do. It ends with 1 where one fails.
+``python docs/studies/fresh_demands.py [VEHICLE …]`` draws them for each shipped vehicle, minutes each, and
+prints each sentence that fails: methods by which *nothing is lost* of 2,000 drawn evenly; what pinv
+misses *up to*, at the worst of the corners and of these; methods that *answer every demand*, also demands
+beyond what the vehicle can do. It ends with 1 where one fails.
 """
 
 import sys
