@@ -1,22 +1,17 @@
 """Cost of a cap on what all thrusters draw together, and the power that demands take.
 
-A way to keep a cap is a function of a demand that lies farther out than the cap allows: thrusts within the
-cap, and their share of the demand. All ways answer the same demands, at one voltage. ``cap_excesses`` asks
-what happens while a cap sags in a mission, also behind a limiter that feeds the current back.
+All ways to keep a cap answer the same demands, which lie farther out than it allows, at one voltage.
+``cap_excesses`` asks what happens while a cap sags in a mission, also behind a limiter that feeds the current
+back.
 """
 
-from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from alloc import AllocError, Vehicle, build
 from alloc.allocation import FloatArray
-from alloc.nullspace.current_cap import reaches
 from alloc.reach.volumes import uniform_demands
-from alloc.vehicle.current import Draw
-from alloc.vehicle.limits import Interval
 from bench.demands import DemandSet, build_demands
 from bench.demands.strong import strong_vehicle, unasked_weak_axes
 from bench.judging.judge import rounded
@@ -179,55 +174,13 @@ DIRECTIONS = 100
 """Directions of demands: a median share of them is within a point or two of that of all."""
 BEYOND = 100.0
 """Size of a demand, in the vehicle's ``wrench_scale``: no cap and no limit reaches as far."""
-HALVINGS = 60
-"""Halvings of a limit: they leave less than its last bit."""
 
 LARGEST = "frugal, the largest there is"
 PATH = "scaled, least effort up to the cap"
 RATIO = "all thrusts by one ratio"
 EACH = "each thruster at its part of the cap"
-Answer = tuple[FloatArray, float]
-"""Thrusts (n,) [N] within the cap, and their share of the demand [-]."""
-Way = Callable[[FloatArray], Answer]
-"""Function of a demand (k,) that answers it."""
-
-
-def limits_at_current(draw: Draw, limits: Interval, amps: float) -> Interval:
-    """Limits (n,) at which each thruster draws so many amperes, or its own where these draw less [N]."""
-    nearer = []
-    for side in limits:
-        least, most = np.zeros(len(side)), np.ones(len(side))
-        for _ in range(HALVINGS):
-            middle = (least + most) / 2
-            fits = draw.amps(middle * side) <= amps
-            least, most = np.where(fits, middle, least), np.where(fits, most, middle)
-        nearer.append(least * side)
-    return nearer[0], nearer[1]
-
-
-def ways(vehicle: Vehicle, limits: Interval, amps: float, volts: float | None) -> dict[str, Way]:
-    """Ways to keep all currents together below a cap [A] within limits (n,) [N], at a voltage [V].
-
-    Thrusters must be able to stand still. Raises AllocError for a vehicle that a way does not cover.
-    """
-    scaled, frugal, draw = build("scaled", vehicle), build("frugal", vehicle), vehicle.draw(volts)
-    parts = limits_at_current(draw, limits, amps / len(vehicle.working))
-
-    def answer(allocate: Any, ends: Interval, tau: FloatArray, **cap: Any) -> Answer:
-        found = allocate(tau, *ends, **cap)
-        return found.f, found.share[0]
-
-    def by_ratio(tau: FloatArray) -> Answer:
-        f, share = answer(scaled, limits, tau)
-        ratio = reaches(draw, amps, np.zeros(vehicle.n), f)
-        return ratio * f, ratio * share
-
-    return {
-        LARGEST: partial(answer, frugal, limits, cap=amps, volts=volts),
-        PATH: partial(answer, scaled, limits, cap=amps, volts=volts),
-        RATIO: by_ratio,
-        EACH: partial(answer, scaled, parts),
-    }
+WAYS = {LARGEST: "frugal", PATH: "scaled", RATIO: "cap-by-ratio", EACH: "cap-by-thruster"}
+"""The method of each way."""
 
 
 def fuse_cost(vehicle: Vehicle, seed: int) -> FuseCost | None:
@@ -241,7 +194,7 @@ def fuse_cost(vehicle: Vehicle, seed: int) -> FuseCost | None:
     amps, volts = vehicle.cap.amps(), vehicle.cap.volts
     try:
         draw, limits = vehicle.draw(volts), vehicle.esc_limits(volts)
-        answers = ways(vehicle, limits, amps, volts)
+        methods = {way: build(method, vehicle) for way, method in WAYS.items()}
         drawn = uniform_demands(strong_vehicle(vehicle), np.random.default_rng(seed), DIRECTIONS)
     except AllocError:  # no voltage, or too many facets
         return None
@@ -249,12 +202,15 @@ def fuse_cost(vehicle: Vehicle, seed: int) -> FuseCost | None:
     asked, axes = stretch_demands(vehicle, unasked_weak_axes(vehicle, drawn)), stretch_demands(vehicle, axes)
     least = build("frugal", vehicle)
     found, largest = [], np.ones(DIRECTIONS)
-    for name, way in answers.items():
-        f, shares = map(np.array, zip(*map(way, asked), strict=True))
+    for name, method in methods.items():
+        allocate = partial(method, f_min=limits[0], f_max=limits[1], cap=amps, volts=volts)
+        answers = [allocate(tau) for tau in asked]
+        F, shares = np.array([one.f for one in answers]), np.array([one.share[0] for one in answers])
         largest = shares if name == LARGEST else largest
         lean = [least(tau, *limits, volts=volts).f for tau in shares[:, None] * asked]
-        over = draw.amps(f).sum(axis=1) / draw.amps(np.array(lean)).sum(axis=1)
-        made = np.nan_to_num([vehicle.TP @ way(tau)[0] for tau in axes])  # an axis may be out of reach
+        over = draw.amps(F).sum(axis=1) / draw.amps(np.array(lean)).sum(axis=1)
+        # An axis may be out of reach.
+        made = np.nan_to_num([vehicle.TP @ allocate(tau).f for tau in axes])
         ends = np.hstack([np.diag(made[vehicle.k :]), np.diag(made)])
         found.append(
             FuseWay(

@@ -13,9 +13,10 @@ import numpy as np
 
 from alloc import Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
-from bench.judging.cap import limits_at_current, missions_power
+from bench.judging.cap import missions_power
 
 CAP, VOLTS = 20.0, 12.0
+METHODS = ("scaled", "frugal", "cap-by-thruster")
 VEHICLES = ("bluerov2", "bluerov2-heavy")
 RATIOS = (
     "share of each at cap/n, over `frugal`'s",
@@ -29,14 +30,13 @@ def compared(vehicle: Vehicle, directions: int) -> dict[str, FloatArray]:
     """Ratios (directions,) of shares, and of the currents for one wrench."""
     rng, draw = np.random.default_rng(2004), vehicle.draw(VOLTS)
     low, high = vehicle.limits(volts=VOLTS)
-    scaled, frugal = build("scaled", vehicle), build("frugal", vehicle)
-    held = limits_at_current(draw, (low, high), CAP / vehicle.n)
+    scaled, frugal, by_thruster = (build(name, vehicle) for name in METHODS)
     rows = []
     for f in rng.uniform(low, high, (directions, vehicle.n)):
         tau = vehicle.strong.TP @ f
         tau = 10.0 * tau / np.abs(tau / vehicle.wrench_scale).max()
         whole = scaled(tau, low, high)
-        each = scaled(tau, *held).share[0]
+        each = by_thruster(tau, low, high, cap=CAP, volts=VOLTS).share[0]
         under = scaled(tau, low, high, cap=CAP, volts=VOLTS)
         least = frugal(tau, low, high, cap=CAP, volts=VOLTS)
         same = frugal(under.share[0] * tau, low, high, volts=VOLTS)

@@ -13,7 +13,7 @@ from alloc.errors import DemandError, VehicleError
 from alloc.reach.edge import start
 from alloc.vehicle.current import PowerLaw
 
-HONOUR = {"scaled", "scaled-by-group", "frugal"}
+HONOUR = {"scaled", "scaled-by-group", "frugal", "cap-by-ratio", "cap-by-thruster"}
 """Methods that take a cap."""
 
 

@@ -8,15 +8,11 @@ import numpy as np
 import pytest
 
 from alloc import Vehicle, alpha_max, load_vehicle
-from alloc.allocation import FloatArray
 from alloc.vehicle.current import Cap
 from bench.demands import DemandSet, labelled
 from bench.judging.cap import (
-    EACH,
     FEEDBACK,
-    LARGEST,
     MIXED,
-    RATIO,
     TIME_CONSTANT,
     WITHIN,
     WITHOUT,
@@ -24,11 +20,8 @@ from bench.judging.cap import (
     energy_lines,
     fuse_cost,
     limiter_thrusts,
-    limits_at_current,
     mean_power,
     output_factor,
-    stretch_demands,
-    ways,
 )
 
 AMPS, VOLTS, DT = 20.0, 12.0, 0.01
@@ -37,36 +30,6 @@ AMPS, VOLTS, DT = 20.0, 12.0, 0.01
 @cache
 def heavy(amps: float = AMPS) -> Vehicle:
     return replace(load_vehicle("bluerov2-heavy"), cap=Cap(amps, 0.0, False, VOLTS))
-
-
-def demands(count: int) -> FloatArray:
-    vehicle = heavy()
-    thrusts = np.random.default_rng(3).uniform(vehicle.f_min, vehicle.f_max, (count, vehicle.n))
-    return stretch_demands(vehicle, thrusts @ vehicle.T.T)
-
-
-def test_each_way_makes_its_share_of_the_demand_within_the_cap_and_none_more_than_the_largest() -> None:
-    vehicle, limits = heavy(), heavy().esc_limits(VOLTS)
-    answers, draw = ways(vehicle, limits, AMPS, VOLTS), vehicle.draw(VOLTS)
-    for tau in demands(6):
-        _, largest = answers[LARGEST](tau)
-        for way in answers.values():
-            f, share = way(tau)
-            assert vehicle.T @ f == pytest.approx(share * tau, abs=1e-6 * vehicle.f_scale)
-            assert draw.amps(f).sum() <= AMPS * (1 + 1e-9)
-            assert 0.0 < share <= largest * (1 + 1e-9)
-        # One ratio uses the whole cap; thrusters apart reach no farther than their part of it.
-        assert draw.amps(answers[RATIO](tau)[0]).sum() == pytest.approx(AMPS)
-        assert draw.amps(answers[EACH](tau)[0]).max() <= AMPS / vehicle.n * (1 + 1e-9)
-
-
-def test_limits_at_a_part_of_the_cap_draw_it_and_thrusters_that_draw_less_keep_their_own() -> None:
-    draw = heavy().draw(VOLTS)
-    low, high = limits_at_current(draw, heavy().esc_limits(VOLTS), 2.5)
-    assert draw.amps(low) == pytest.approx(2.5)
-    assert draw.amps(high) == pytest.approx(2.5)
-    short = np.full(8, -1.0), np.full(8, 1.0)
-    assert np.array_equal(limits_at_current(draw, short, 2.5), short)
 
 
 def test_the_cost_is_that_of_the_file_s_cap_and_a_cap_that_never_binds_costs_nothing_but_apart(
