@@ -22,12 +22,13 @@ from bench.judging.loss import gets_nothing
 from bench.results.text import percent, three
 
 FRESH = 100_000
+SLOW = {"fixed-point", "frugal"}
+"""Methods that iterate or solve a linear program a call, hours for so many."""
 METHODS = [
     entry.name
     for entry in catalogue()
-    if not entry.foreign and not entry.missing and entry.family != Family.SOFT and entry.name != "fixed-point"
+    if not entry.foreign and not entry.missing and entry.family != Family.SOFT and entry.name not in SLOW
 ]
-"""Methods in Python, but one that takes as long as all others together."""
 
 
 def even_demands(vehicle: Vehicle, seed: int, n: int) -> FloatArray:
