@@ -13,6 +13,7 @@ from alloc.vehicle.limits import VoltageTable
 from bench.inputs.columns import VOLTS, Column, TableHeader, named_column, split
 
 _LIMIT = re.compile(r"f(?P<thruster>\d{1,9})_(?P<side>min|max)")
+_SIDE = re.compile("minimum|maximum|min|max|lower|upper|lb|ub")
 
 
 def limit_columns(
@@ -25,7 +26,8 @@ def limit_columns(
     thrusters : their names; ``bow port_min`` is ``f0_min`` where bow port is the first
     given, found : names as the user states them, by quantity, and the columns found by these
 
-    Raises DemandError for one twice, or in another unit.
+    Raises DemandError for one twice, in another unit, or spelt otherwise, as ``f_max3``: a limit that is left
+    out gives thrusts beyond it.
     """
     limits: dict[str, Column] = {}
     named = [(i, name) for i, name in enumerate(thrusters) if name]
@@ -34,7 +36,15 @@ def limit_columns(
     for i, (column, below) in enumerate(zip(header.names, header.units, strict=True)):
         bare, unit = split(column, below)
         name = places.get(bare) or bare.lower()
-        if i in others or not (name == VOLTS or _LIMIT.fullmatch(name)):
+        if i in others:
+            continue
+        if name != VOLTS and not _LIMIT.fullmatch(name):
+            if _looks_like_limit(bare, [name for _, name in named]):
+                also = "".join(f", or {name}_min" for _, name in named[:1])
+                raise DemandError(
+                    f"{header.place}: column {column[:40]!r} looks like a limit,"
+                    f" expected f0_min, f0_max{also}; rename it"
+                )
             continue
         if name in limits:
             raise DemandError(f"{header.place}: column {name!r} stands twice; keep one")
@@ -45,6 +55,14 @@ def limit_columns(
     if VOLTS in given:
         limits[VOLTS] = named_column(header, VOLTS, given)
     return limits
+
+
+def _looks_like_limit(name: str, thrusters: Sequence[str]) -> bool:
+    """True for a side beside a thruster, its number or a word for force, however they are written."""
+    squeezed, *names = (re.sub(r"[\W_]", "", each.lower()) for each in (name, *thrusters))
+    rest, sides = _SIDE.subn("", squeezed, count=1)
+    force = re.fullmatch(r"f?\d*", re.sub("force|thruster|thrust|limit|lim", "", rest))
+    return bool(sides and rest and (force or rest in names))
 
 
 def row_limits(

@@ -127,11 +127,30 @@ def test_a_column_that_columns_name_as_a_demand_is_no_limit_whatever_it_is_calle
     "column",
     [
         *("Bow Port_max", "max_bow port", "bow port maximum", "f_max", "fmin_[2]", "F3 max [N]", "lim0_max"),
-        *("depth_max", "vmax_temp", "bow port", "limit", "max", "max thruster pwm", "bow max [rpm]"),
+        *("f_max0", "max thrust 0", "thruster0_force_max", "force_limit_min", "lb_f3", "Thruster 2 upper"),
         f"f{'9' * 5000}_max",  # a number that no thruster has
     ],
 )
-def test_a_column_that_is_no_limit_by_its_name_is_left_out_with_a_word(tmp_path: Path, column: str) -> None:
+def test_what_looks_like_a_limit_is_refused_with_the_names_that_limits_have(
+    tmp_path: Path, column: str
+) -> None:
+    """Left out with a word, it would let thrusts go beyond it."""
+    path = written(tmp_path, f"{AXES},{column}", "1,0,0,0,0,0,5")
+    message = refused(lambda: read_demands(path, HEAVY.dof, thrusters=("bow port", "stern")), path)
+    expected = (
+        f"column {column[:40]!r} looks like a limit, expected f0_min, f0_max, or bow port_min; rename it"
+    )
+    assert message.endswith(expected)
+
+
+@pytest.mark.parametrize(
+    "column",
+    [
+        *("depth_max", "vmax_temp", "bow port", "limit", "max", "max thruster pwm", "bow max [rpm]"),
+        *("max_force_x", "maxwell", "total_thrust_lb", "lower force sensor"),
+    ],
+)
+def test_a_bound_of_something_else_is_left_out_with_a_word(tmp_path: Path, column: str) -> None:
     log = read_demands(
         written(tmp_path, f"{AXES},{column}", "1,0,0,0,0,0,5"), HEAVY.dof, thrusters=("bow port",)
     )
