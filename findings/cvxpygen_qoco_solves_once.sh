@@ -11,7 +11,8 @@
 set -euo pipefail
 folder=$(mktemp -d); trap 'rm -rf "$folder"' EXIT
 python3 -m venv "$folder/env"
-"$folder/env/bin/pip" install --quiet --disable-pip-version-check cvxpygen==1.0.2 qocogen==0.1.9 osqp==1.1.3 qoco==0.3.2 cvxpy==1.9.3 setuptools
+"$folder/env/bin/pip" install --quiet --disable-pip-version-check cvxpy==1.9.3 osqp==1.1.3 qoco==0.3.2 qocogen==0.1.9
+"$folder/env/bin/pip" install --quiet --disable-pip-version-check cvxpygen==1.0.2 setuptools==65.5.0
 cd "$folder"
 cat > problem.py <<'PYTHON'
 import cvxpy as cp
