@@ -71,7 +71,7 @@ def test_a_polygon_lies_in_its_sector_and_loses_what_the_sides_say(
     outward = np.roll(corners, -1, axis=0) - corners
     normals = np.column_stack([outward[:, 1], -outward[:, 0]]) / np.linalg.norm(outward, axis=1)[:, None]
     reach = (normals * corners).sum(axis=1)
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):
         along_ray = np.where(wanted @ normals.T > 1e-9, reach / (wanted @ normals.T), np.inf).min(axis=1)
     assert along_ray.min() >= 50.0 * np.cos(np.pi / sides) - 1e-6
 
