@@ -188,7 +188,11 @@ MUTANTS = (
         'got a finite f; losses are of these.", worst=min)',
         'got a finite f; losses are of these.", worst=max)',
     ),
-    Mutant("the gate overlooks wrong answers", "    if lost or wrong:\n", "    if lost:\n"),
+    Mutant(
+        "the gate overlooks wrong answers",
+        "(lost or wrong, Outcome.REGRESSION,",
+        "(lost, Outcome.REGRESSION,",
+    ),
     Mutant(
         "the gate's interval is one-sided",
         "stdtrit(len(m) - 1, (1 + CONFIDENCE) / 2)",
