@@ -13,6 +13,7 @@ from alloc.reach.edge import start
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import at_call, one_by_one
 from alloc.vehicle.current import Draw, checked_cap
+from alloc.vehicle.limits import Interval
 
 SPARE = 1e-9
 """Share of a cap by which a sum of currents may exceed it because of rounding [-]."""
@@ -20,14 +21,13 @@ STEPS = 96
 """Most thrusts computed on a path. Every third step halves what is left of it, so 96 leave 2e-10."""
 
 
-class CurrentCap:
-    """The allocator of a formulation whose calls may have a cap on the sum of currents.
+class Capped:
+    """Base of allocators whose calls may have a cap on the sum of currents; else ``uncapped`` answers.
 
-    On the way of least effort to the demand, the share is the one at which the current reaches the cap; of
-    several levels all stop there, but those that a limit stopped before.
-    Currents are those of ``Vehicle.draw``. INFEASIBLE says, too, that thrusts at rest draw more than the cap.
+    Currents are those of ``Vehicle.draw``.
     """
 
+    formulation: str
     limited = True
 
     def __init__(self, vehicle: Vehicle, uncapped: ByLevel | Mixed) -> None:
@@ -36,8 +36,6 @@ class CurrentCap:
         self.formulation, self.tolerance = uncapped.formulation, uncapped.tolerance
         self._limits_of_call = at_call(vehicle, held=True)
         self._draw = lru_cache(maxsize=256)(vehicle.draw)
-        self._rest, self._levels = np.zeros(vehicle.n), uncapped.levels
-        self._straight = uncapped if isinstance(uncapped, ByLevel) and uncapped.goes_straight else None
 
     def __call__(
         self,
@@ -52,22 +50,60 @@ class CurrentCap:
         if cap is None:
             return self._uncapped(tau, f_min, f_max)
         most, draw = checked_cap(cap), self._draw(volts)
-        wrench, (low, high) = checked(tau, self._vehicle.k), self._limits_of_call(f_min, f_max)
-        within = self._before_limits(wrench, low, high, draw, most)
+        wrench, limits = checked(tau, self._vehicle.k), self._limits_of_call(f_min, f_max)
+        return self.allocate_under_cap(wrench, limits, draw, most)
+
+    def many(
+        self,
+        taus: ArrayLike,
+        f_min: ArrayLike | None = None,
+        f_max: ArrayLike | None = None,
+        *,
+        cap: float | None = None,
+        volts: float | None = None,
+    ) -> tuple[FloatArray, StatusArray]:
+        """Allocate (N, k) wrenches within limits (n,) or (N, n) [N]; with a cap [A] one after the other."""
+        if cap is None:
+            return self._uncapped.many(taus, f_min, f_max)
+        return one_by_one(self, self._vehicle, taus, f_min, f_max, cap=cap, volts=volts)
+
+    def allocate_under_cap(self, wrench: FloatArray, limits: Interval, draw: Draw, cap: float) -> Allocation:
+        """Allocate one wrench (k,) [N, N m] within limits (n,) [N] and a cap [A]."""
+        raise NotImplementedError
+
+
+class CurrentCap(Capped):
+    """The allocator of a formulation whose calls may have a cap on the sum of currents.
+
+    On the way of least effort to the demand, the share is the one at which the current reaches the cap; of
+    several levels all stop there, but those that a limit stopped before. INFEASIBLE says, too, that thrusts
+    at rest draw more than the cap.
+    """
+
+    def __init__(self, vehicle: Vehicle, uncapped: ByLevel | Mixed) -> None:
+        """Wrap the allocator of calls without a cap."""
+        super().__init__(vehicle, uncapped)
+        self._rest, self._levels = np.zeros(vehicle.n), uncapped.levels
+        self._straight = uncapped if isinstance(uncapped, ByLevel) and uncapped.goes_straight else None
+
+    def allocate_under_cap(self, wrench: FloatArray, limits: Interval, draw: Draw, cap: float) -> Allocation:
+        """Allocate one wrench (k,) [N, N m] within limits (n,) [N] and a cap [A]."""
+        low, high = limits
+        within = self._before_limits(wrench, low, high, draw, cap)
         if within is not None and len(within.amps):
-            return within if np.sum(within.amps) <= most else below_rest(self._vehicle)
+            return within if np.sum(within.amps) <= cap else below_rest(self._vehicle)
         found = self._uncapped(wrench, low, high)
         if not found.found:
             return found
         amps = draw.amps(found.f)
-        if amps.sum() <= most:
+        if amps.sum() <= cap:
             return found._replace(amps=amps)
         answers = self._answers(wrench, low, high, found)
         if within is None:
             within = answers(0.0)
-            if not draw.amps(start(low, high)).sum() <= most:
+            if not draw.amps(start(low, high)).sum() <= cap:
                 return below_rest(self._vehicle)
-        within, steps = cap_share(answers, draw, most, within, found)
+        within, steps = cap_share(answers, draw, cap, within, found)
         return within._replace(iterations=found.iterations + steps, amps=draw.amps(within.f))
 
     def _before_limits(
@@ -113,20 +149,6 @@ class CurrentCap:
             return found._replace(status=Status.PARTIAL, share=shares)
 
         return answers
-
-    def many(
-        self,
-        taus: ArrayLike,
-        f_min: ArrayLike | None = None,
-        f_max: ArrayLike | None = None,
-        *,
-        cap: float | None = None,
-        volts: float | None = None,
-    ) -> tuple[FloatArray, StatusArray]:
-        """Allocate (N, k) wrenches within limits (n,) or (N, n) [N]; with a cap [A] one after the other."""
-        if cap is None:
-            return self._uncapped.many(taus, f_min, f_max)
-        return one_by_one(self, self._vehicle, taus, f_min, f_max, cap=cap, volts=volts)
 
 
 def below_rest(vehicle: Vehicle) -> Allocation:
