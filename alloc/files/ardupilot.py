@@ -1,6 +1,7 @@
 """ArduSub's parameters: a ground station's text, and the frame, directions and coupling in it."""
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -37,11 +38,10 @@ def read_parameters(path: Path) -> dict[str, float]:
     return {match[1]: float(match[2]) for match in matches}
 
 
-def read_settings(path: Path) -> Settings:
-    """Settings of ArduSub's mixer; raises FileError where the file is not ArduSub's."""
-    given = read_parameters(path)
+def sub_settings(given: Mapping[str, float], path: Path) -> Settings:
+    """Settings of ArduSub's mixer; raises FileError where the parameters are not ArduSub's."""
     if SETTING not in given:
-        copter = [name for name in ("FRAME_CLASS", "Q_FRAME_CLASS", "CA_AIRFRAME") if name in given]
+        copter = [name for name in ("FRAME_CLASS", "Q_FRAME_CLASS") if name in given]
         whose = f"it has {copter[0]}, so it is no ArduSub's" if copter else f"of {len(given)} parameters none"
         raise FileError(f"no {SETTING}: {whose}; give the file of an ArduSub", path=path)
     ways = {int(match[1]): value for name, value in given.items() if (match := DIRECTION.fullmatch(name))}

@@ -8,7 +8,8 @@ from scipy.optimize import linear_sum_assignment
 
 from alloc.allocation import BoolArray, FloatArray
 from alloc.errors import FileError, VehicleError, unknown
-from alloc.files.ardupilot import SETTING, read_settings
+from alloc.files.ardupilot import SETTING, read_parameters, sub_settings
+from alloc.files.px4 import is_px4, px4_settings
 from alloc.lint.report import Remark, note, warning
 from alloc.vehicle import Vehicle
 from alloc.vehicle.autopilot import FRAMES, SENSE, Autopilot
@@ -276,7 +277,7 @@ def _on_axes(vehicle: Vehicle, mixer: Autopilot, W: FloatArray, known: BoolArray
 
 
 def choose(spec: str, said: AutopilotKeys | None) -> AutopilotKeys:
-    """The autopilot that a command names: key for the file's, ardusub:FRAME, px4, or ArduSub's parameters.
+    """The autopilot that a command names: key for the file's, ardusub:FRAME, px4, or a file of parameters.
 
     Which thruster is which motor stays as the file says; its directions count for its own frame alone. Raises
     VehicleError, or FileError for a parameter file.
@@ -297,11 +298,14 @@ def choose(spec: str, said: AutopilotKeys | None) -> AutopilotKeys:
     path = Path(spec)
     if not path.is_file():
         raise VehicleError(
-            f"autopilot: got {spec[:40]!r}, expected ardusub:FRAME, px4, key, or a file of ArduSub's"
-            " parameters",
+            f"autopilot: got {spec[:40]!r}, expected ardusub:FRAME, px4, key, or a file of parameters",
             "autopilot",
         )
-    settings, names = read_settings(path), list(FRAMES)
+    given, names = read_parameters(path), list(FRAMES)
+    if is_px4(given):
+        method, airmode, rotors = px4_settings(given, path)
+        return AutopilotKeys(px4=method, airmode=airmode, motors=list(range(rotors)))
+    settings = sub_settings(given, path)
     if not 0 <= settings.frame < len(names):
         known = f"0 to {len(names) - 1}, {names[0]} to {names[-1]}"
         raise FileError(f"{SETTING} is {settings.frame}; there are {known}", path=path)

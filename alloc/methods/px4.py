@@ -1,6 +1,7 @@
 """PX4's allocation of an underwater vehicle: a scaled pseudoinverse, then axes give way one by one."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -14,12 +15,15 @@ from alloc.vehicle import Vehicle
 from alloc.vehicle.autopilot import PX4_FRAMES, SENSE, px4_coefficients
 from alloc.vehicle.frame import turned
 from alloc.vehicle.geometry import DOF
+from alloc.vehicle.limits import Interval
 
 FORMULATION = ANSWERED.name
 NAMED_ONLY = True  # what PX4 does with any vehicle: of interest to who flies it
 
 FORCES, ROLL, PITCH, YAW, HEAVE = slice(0, 3), 3, 4, 5, 2
 """Places in DOF."""
+MARGINAL = 0.05
+"""Largest entry of a row of the effectiveness up to which PX4 gives up the axis [CT, CT m]."""
 SMALL = 1e-3
 """Entry of the pseudoinverse, and of its scaled columns, that counts as 0 [-]."""
 EPSILON = 2.0**-23
@@ -52,25 +56,26 @@ class Mixing(NamedTuple):
 def build(vehicle: Vehicle) -> Saturating:
     """Prepare f = thrust(u), u PX4's outputs with the parameters of ``export --format px4``.
 
-    After PX4/PX4-Autopilot at 00202eb379b7 (main, 2026), CA_AIRFRAME 7 (UUV), CA_METHOD automatic or 0, and
-    MC_AIRMODE_LIM 0. What MC_AIRMODE 0 did before that parameter has the same equations, read in
-    redeem123/px4-smc-development at 930f5f492bb3. Releases v1.16.0 (6ea3539157ca) and v1.17.0 (d6f12ad1c4f7)
-    were not read.
+    After PX4/PX4-Autopilot v1.16.0 (6ea3539157ca): CA_AIRFRAME 7, CA_METHOD and MC_AIRMODE of the vehicle's
+    ``autopilot``. v1.16.1 (94cb2012792b) and v1.17.0-beta1 (15f5fefa0c7c) have the same text of the
+    pseudoinverse and the desaturation, v1.14.2 (968732477803) the same equations. Later main stops no small
+    outputs (3f0d0ebc10, July 2026), and has MC_AIRMODE_LIM in place of MC_AIRMODE (00202eb379b7).
     Thrust is linear in an output, from f_min at -1 to f_max at 1; PX4 takes it as alike on both sides. A
-    thruster that is off is out of the effectiveness, as CA_FAILURE_MODE 1 has it. Limits of the call cut
-    outputs afterwards, as CA_Rn_SLEW does. Left out: UUV_THRUST_SAT and UUV_TORQUE_SAT, which cut setpoints
-    before. Raises NotApplicable where a working thruster has no f_max above 0 to be its CT.
+    thruster that is off is out of the effectiveness, as CA_FAILURE_MODE 1 has it; where the vehicle's
+    ``autopilot`` is PX4, CT and scales stay those of the whole vehicle. Limits of the call cut outputs
+    afterwards, as CA_Rn_SLEW does. Left out: UUV_THRUST_SAT and UUV_TORQUE_SAT, which cut setpoints before.
+    Raises NotApplicable where a working thruster has no f_max above 0 to be its CT.
     """
     mixing, unit, limits = _limited_mixing(vehicle)
     mix_all = _rule(vehicle)
-    astern, ahead = -vehicle.f_min, vehicle.f_max
+    low, high = _rated(vehicle)
     axes = [DOF.index(axis) for axis in vehicle.dof]
 
     def one(tau: FloatArray, f: list[float], call: Bounds) -> tuple[list[float], int]:
         asked = np.zeros(len(DOF))
         asked[axes] = (tau if vehicle.frame == "frd" else turned(tau, vehicle.dof)) / unit
         u = stop_small(mix_all(mixing.mix, asked * mixing.scales, limits), limits)
-        made: list[float] = (u * np.where(u > 0, ahead, astern)).tolist()
+        made: list[float] = (u * np.where(u > 0, high, -low)).tolist()
         return made, 1
 
     return Saturating(vehicle, FORMULATION, one, start=np.zeros((vehicle.n, vehicle.k)))
@@ -86,18 +91,27 @@ def unit_outputs(vehicle: Vehicle) -> FloatArray:
 
 
 def _limited_mixing(vehicle: Vehicle) -> tuple[Mixing, float, Limits]:
-    coefficients, unit = px4_coefficients(vehicle.f_max)
+    low, high = _rated(vehicle)
+    coefficients, unit = px4_coefficients(high)
     if not (coefficients[vehicle.working] > 0).all():
         raise NotApplicable(f"px4: f_max of a thruster of {vehicle.name} is not above 0, so it has no CT")
-    limits = [(-1.0 if low < 0 else 0.0, 1.0) for low in vehicle.f_min.tolist()]
-    return make_mixing(_rows(vehicle) * coefficients), unit, limits  # 0 of a thruster that is off
+    limits = [(-1.0 if end < 0 else 0.0, 1.0) for end in low.tolist()]
+    return make_mixing(_rows(vehicle) * coefficients, vehicle.readiness != 0), unit, limits
+
+
+def _rated(vehicle: Vehicle) -> Interval:
+    """Thrusts (n,) at outputs -1 and 1 [N], of failed thrusters too where the ``autopilot`` is PX4."""
+    mixer = vehicle.autopilot
+    known = mixer is not None and mixer.method == "px4"
+    return (mixer.thrust[0], mixer.thrust[1]) if mixer and known else (vehicle.f_min, vehicle.f_max)
 
 
 def _rule(vehicle: Vehicle) -> Callable[[FloatArray, FloatArray, Limits], FloatArray]:
-    """The outputs of setpoints by the vehicle's CA_METHOD, automatic where its file says none."""
+    """The outputs of setpoints by the vehicle's CA_METHOD and MC_AIRMODE; automatic and 0 without a key."""
     mixer = vehicle.autopilot
-    plain = mixer is not None and mixer.frame == PX4_FRAMES["pseudoinverse"]
-    return (lambda mix, asked, _: mix @ asked) if plain else desaturated
+    if mixer is not None and mixer.frame == PX4_FRAMES["pseudoinverse"]:
+        return lambda mix, asked, _: mix @ asked
+    return partial(desaturated, airmode=0 if mixer is None else mixer.airmode)
 
 
 def _rows(vehicle: Vehicle) -> FloatArray:
@@ -109,13 +123,17 @@ def _rows(vehicle: Vehicle) -> FloatArray:
     return rows if vehicle.frame == "frd" else turned(rows, DOF)
 
 
-def make_mixing(effectiveness: FloatArray, *, normalize: bool = True) -> Mixing:
+def make_mixing(
+    effectiveness: FloatArray, ready: BoolArray | None = None, *, normalize: bool = True
+) -> Mixing:
     """The scaled pseudoinverse of an effectiveness (6, n), moments unscaled without ``normalize``.
 
-    Roll and pitch share one scale, the larger of both columns' lengths over the root of half their number
-    of entries; yaw's is its largest entry; a force's the mean size of its entries.
+    Columns outside of ``ready`` (n,) are failed: scales are those of all columns. Roll and pitch share one
+    scale, the larger of both columns' lengths over the root of half their number of entries; yaw's is its
+    largest entry; a force's the mean size of its entries.
     """
-    mix = np.asarray(np.linalg.pinv(effectiveness), dtype=np.float64)
+    left = _without_marginal(effectiveness if ready is None else effectiveness * ready)
+    mix = np.asarray(np.linalg.pinv(_without_marginal(effectiveness)), dtype=np.float64)
     scales = np.ones(len(DOF))
     if normalize:
         scales[[ROLL, PITCH]] = max(_root(mix[:, ROLL]), _root(mix[:, PITCH]))
@@ -125,9 +143,16 @@ def make_mixing(effectiveness: FloatArray, *, normalize: bool = True) -> Mixing:
         there = np.count_nonzero(entries > EPSILON)
         scales[axis] = entries.sum() / there if there else scales[HEAVE]
     scales = np.where(_divides(scales), scales, 1.0)
+    if ready is not None and not ready.all():
+        mix = np.asarray(np.linalg.pinv(left), dtype=np.float64)
     mix /= scales
     mix[np.abs(mix) < SMALL] = 0.0
-    return Mixing(effectiveness, mix, scales)
+    return Mixing(left, mix, scales)
+
+
+def _without_marginal(rows: FloatArray) -> FloatArray:
+    there: FloatArray = np.where(np.abs(rows).max(axis=1, keepdims=True) > MARGINAL, rows, 0.0)
+    return there
 
 
 def _root(column: FloatArray) -> float:
@@ -142,17 +167,21 @@ def _divides(scales: FloatArray) -> BoolArray:
     return asked
 
 
-def desaturated(mix: FloatArray, asked: FloatArray, limits: Limits) -> FloatArray:
+def desaturated(mix: FloatArray, asked: FloatArray, limits: Limits, airmode: int = 0) -> FloatArray:
     """Outputs (n,) of six setpoints: heave, roll, pitch, then yaw give way; surge and sway never do.
 
-    Heave only moves towards +z, which is less thrust of a multirotor, so that a vehicle that pushes itself
-    down saves roll and pitch less than one that pushes itself up.
+    With airmode 0 heave only moves towards +z, which is less thrust of a multirotor, so that a vehicle that
+    pushes itself down saves roll and pitch less than one that pushes itself up. With 1 heave moves both ways
+    and roll and pitch don't give way; with 2 yaw is served with them, and alone gives way after heave.
     """
     columns = mix.T
+    if airmode == 2:
+        u = _giving_way(mix @ asked, columns[HEAVE], limits)
+        return _giving_way(u, columns[YAW], limits)
     without_yaw = asked.copy()
     without_yaw[YAW] = 0.0
-    u = _giving_way(mix @ without_yaw, columns[HEAVE], limits, only_up=True)
-    for axis in (ROLL, PITCH):
+    u = _giving_way(mix @ without_yaw, columns[HEAVE], limits, only_up=airmode == 0)
+    for axis in (ROLL, PITCH) if airmode == 0 else ():
         u = _giving_way(u, columns[axis], limits)
     wide = [(low, high + YAW_MARGIN * (high - low)) for low, high in limits]
     u = _giving_way(u + columns[YAW] * asked[YAW], columns[YAW], wide)

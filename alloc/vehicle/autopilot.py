@@ -71,6 +71,9 @@ motor."""
 PX4_FRAMES: Mapping[str, str] = {"automatic": "PX4", "pseudoinverse": "PX4 pseudoinverse"}
 """Stand-ins for a frame's name where PX4 mixes, by its CA_METHOD: it computes factors from positions."""
 
+AIRMODES = (0, 1, 2)
+"""Values of MC_AIRMODE: heave may not grow to keep an axis, may for roll and pitch, may for yaw too."""
+
 SENSE: Mapping[str, tuple[float, ...]] = {"frd": (1, 1, -1, 1, 1, 1), "flu": (1, -1, 1, 1, -1, -1)}
 """Signs of ArduSub's six inputs, in the order of DOF, along the axes of each body frame."""
 
@@ -89,6 +92,7 @@ class Autopilot:
     directions : (n,) MOT_n_DIRECTION of each thruster's motor, 1 or -1
     coupling : MOT_FV_CPLNG_K [-]
     gains : by axis, force or moment that input 1 stands for [N, N m]; that of the geometry where it has none
+    airmode : MC_AIRMODE of PX4, one of AIRMODES
     thrust : (2, n) thrust at outputs -1 and 1 [N], of all thrusters: the autopilot knows of no failure
     """
 
@@ -98,6 +102,7 @@ class Autopilot:
     thrust: FloatArray
     coupling: float = 1.0
     gains: Mapping[str, float] = field(default_factory=dict)
+    airmode: int = 0
 
     @property
     def method(self) -> str:
@@ -149,6 +154,7 @@ def make_autopilot(
     reverse: Sequence[int | str] = (),
     coupling: float = 1.0,
     gains: Mapping[str, float] | None = None,
+    airmode: int = 0,
 ) -> Autopilot:
     """The autopilot of a vehicle with these f_min and f_max (n,) [N]; raises VehicleError.
 
@@ -160,11 +166,16 @@ def make_autopilot(
     reverse : the thrusters, by index or name, whose MOT_n_DIRECTION is -1
     coupling : MOT_FV_CPLNG_K [-]
     gains : by axis, force or moment of input 1 [N, N m]
+    airmode : MC_AIRMODE of PX4
     """
     low, high = limits
     n = len(low)
     if frame not in PX4_FRAMES.values():
         frame_named(frame, n)
+    elif len(motors) not in (0, n):
+        raise VehicleError(
+            f"autopilot: {frame} has {len(motors)} motors, the vehicle {n} thrusters", "autopilot"
+        )
     try:
         order = [index_of(one, names, n, "motors") for one in motors] or list(range(n))
         turned = {index_of(one, names, n, "reversed") for one in reverse}
@@ -183,6 +194,9 @@ def make_autopilot(
                 f"autopilot: gains: got {axis!s:.40}: {gain:g}, expected an axis and a number above 0",
                 "autopilot",
             )
+    if airmode not in AIRMODES or (airmode and frame != PX4_FRAMES["automatic"]):
+        reads = "give 0, 1 or 2" if airmode not in AIRMODES else "px4: automatic alone reads it; leave it out"
+        raise VehicleError(f"autopilot: airmode is {airmode}; {reads}", "autopilot")
     thrust = np.array([np.minimum(low, 0.0), np.maximum(high, 0.0)])
     thrust.setflags(write=False)
     return Autopilot(
@@ -192,4 +206,5 @@ def make_autopilot(
         thrust=thrust,
         coupling=float(coupling),
         gains=dict(gains or {}),
+        airmode=airmode,
     )

@@ -157,7 +157,8 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
         return vehicle
     limits = vehicle.f_min, vehicle.f_max
     frame = mixer_frame(said.ardusub, said.px4)
-    mixer = make_autopilot(frame, limits, names, said.motors, said.reversed, said.coupling, said.gains)
+    factors = said.motors, said.reversed, said.coupling, said.gains
+    mixer = make_autopilot(frame, limits, names, *factors, said.airmode)
     return replace(vehicle, autopilot=mixer)
 
 

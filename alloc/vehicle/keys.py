@@ -61,7 +61,8 @@ class AutopilotKeys(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=Tr
     Attributes
     ----------
     ardusub : name of ArduSub's frame, as VECTORED; empty for PX4
-    px4 : PX4's CA_METHOD, automatic or pseudoinverse; empty for ArduSub, which alone reads the others
+    px4 : PX4's CA_METHOD, automatic or pseudoinverse; empty for ArduSub
+    airmode : PX4's MC_AIRMODE: 0 off, 1 for roll and pitch, 2 for yaw too; ArduSub alone reads what follows
     motors : the thrusters of motors 1, 2, …, by index or name; left out, in the file's order
     reversed : thrusters, by index or name, whose MOT_n_DIRECTION is -1
     coupling : MOT_FV_CPLNG_K [-]
@@ -70,6 +71,7 @@ class AutopilotKeys(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=Tr
 
     ardusub: str = ""
     px4: str = ""
+    airmode: int = 0
     motors: list[int | str] = []
     reversed: list[int | str] = []
     coupling: float = 1.0

@@ -45,6 +45,7 @@ def pack_vehicle(vehicle: Vehicle, *, currents: bool = True) -> dict[str, NDArra
         arrays |= {"volts": table.volts, "volts f_min": table.f_min, "volts f_max": table.f_max}
     if (mixer := vehicle.autopilot) is not None:
         arrays |= {f"autopilot {key}": np.array(getattr(mixer, key)) for key in MIXER}
+        arrays["autopilot airmode"] = np.array(mixer.airmode)
         arrays["autopilot gains"] = np.array([mixer.gains.get(axis, np.nan) for axis in DOF])
     for i, esc in enumerate(kinds := tuple(dict.fromkeys(vehicle.esc))):
         arrays |= {f"esc {i} {key}": np.array(getattr(esc, key)) for key in ESC}
@@ -123,6 +124,7 @@ def _mixer(arrays: Mapping[str, NDArray[Any]]) -> Autopilot:
         thrust=arrays["autopilot thrust"],
         coupling=float(arrays["autopilot coupling"]),
         gains={axis: gain for axis, gain in gains if gain > 0.0},
+        airmode=int(arrays.get("autopilot airmode", 0)),  # logs of boards before it have none
     )
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from alloc import Vehicle
 from alloc.errors import VehicleError
+from alloc.files.px4 import MOTORS_6DOF
 from alloc.files.textfile import read_text
 from alloc.vehicle import LARGEST
 from alloc.vehicle.autopilot import px4_coefficients
@@ -32,8 +33,6 @@ HELD = frozenset({"frame", "T", "planar", "thrusters", "center_of_mass", "reacti
 """Keys of a vehicle file that the parameters hold, or are made of; PX4 always has all six axes."""
 ROTORS = 12
 """Most rotors of PX4's module.yaml of its control allocator."""
-MOTORS_6DOF = 7
-"""CA_AIRFRAME of a vehicle whose motors make all six forces and moments."""
 FLOAT, INT = 9, 6
 """Types of parameters in a ``.params`` file."""
 UNIT = 1e-3

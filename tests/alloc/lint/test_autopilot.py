@@ -8,7 +8,7 @@ import pytest
 
 from alloc import NotApplicable, build, load_vehicle
 from alloc.errors import FileError, VehicleError
-from alloc.files.ardupilot import read_settings
+from alloc.files.ardupilot import read_parameters, sub_settings
 from alloc.lint.autopilot import choose, on_autopilot, shares
 from alloc.methods.px4 import unit_outputs
 from alloc.vehicle.file import find_file, matrices, poses, read_document, vehicle_with
@@ -193,7 +193,7 @@ PARAMETERS = "# ArduSub\nFRAME_CONFIG,2\nMOT_1_DIRECTION,1\nMOT_3_DIRECTION,-1\n
 def test_a_parameter_file_says_frame_directions_and_coupling(text: str, tmp_path: Path) -> None:
     file = tmp_path / "rov.param"
     file.write_text(text)
-    assert read_settings(file) == (2, (3,), 0.8)
+    assert sub_settings(read_parameters(file), file) == (2, (3,), 0.8)
     keys = choose(str(file), keys_of("bluerov2-heavy").autopilot)
     assert (keys.ardusub, keys.reversed, keys.coupling) == ("VECTORED_6DOF", [2], 0.8)
     assert keys.motors == [0, 1, 2, 3, 5, 4, 7, 6]
@@ -205,13 +205,33 @@ def test_a_parameter_file_says_frame_directions_and_coupling(text: str, tmp_path
         ("FRAME_CLASS,1\nMOT_SPIN_ARM,0.1\n", "it has FRAME_CLASS, so it is no ArduSub's"),
         ("SYSID,1\n", "of 1 parameters none"),
         ("hello\n", "holds no parameters"),
+        ("CA_AIRFRAME,0\n", "CA_AIRFRAME is 0, expected 7"),
+        ("CA_METHOD,3\n", "CA_METHOD is 3; give 0, 1 or 2"),
+        ("MC_AIRMODE,3\n", "MC_AIRMODE is 3; give 0, 1 or 2"),
+        ("MC_AIRMODE_LIM,0.2\n", "MC_AIRMODE_LIM is 0.2, of PX4 after v1.17; leave it out"),
     ],
 )
 def test_another_vehicle_s_parameters_are_refused(text: str, says: str, tmp_path: Path) -> None:
     file = tmp_path / "copter.param"
     file.write_text(text)
     with pytest.raises(FileError, match=says):
-        read_settings(file)
+        choose(str(file), None)
+
+
+def test_a_parameter_file_of_px4_says_method_airmode_and_rotors(tmp_path: Path) -> None:
+    file = tmp_path / "rov.params"
+    file.write_text("1\t1\tCA_AIRFRAME\t7\t6\n1\t1\tMC_AIRMODE\t1\t6\n1\t1\tCA_ROTOR_COUNT\t8\t6\n")
+    keys = choose(str(file), None)
+    assert keys == AutopilotKeys(px4="automatic", airmode=1, motors=list(range(8)))
+    heavy, other = keys_of("bluerov2-heavy"), keys_of("bluerov2")
+    heavy.autopilot = other.autopilot = keys
+    mixer = vehicle_with(heavy, matrices(heavy)[0]).autopilot
+    assert mixer is not None
+    assert mixer.airmode == 1
+    with pytest.raises(VehicleError, match="autopilot: PX4 has 8 motors, the vehicle 6 thrusters"):
+        vehicle_with(other, matrices(other)[0])
+    file.write_text("CA_METHOD,0\nMC_AIRMODE,2\n")
+    assert choose(str(file), None) == AutopilotKeys(px4="pseudoinverse")
 
 
 @pytest.mark.parametrize(
@@ -232,6 +252,8 @@ def test_an_unknown_autopilot_is_refused_with_what_there_is(spec: str, says: str
     [
         (AutopilotKeys(ardusub="VECTORED", px4="automatic"), "got both of ardusub and px4, expected one"),
         (AutopilotKeys(), "got neither of ardusub and px4"),
+        (AutopilotKeys(px4="automatic", airmode=3), "airmode is 3; give 0, 1 or 2"),
+        (AutopilotKeys(ardusub="VECTORED", airmode=1), "airmode is 1; px4: automatic alone reads it"),
         (AutopilotKeys(px4="wls"), "no CA_METHOD 'wls'; there are automatic, pseudoinverse"),
     ],
 )

@@ -8,12 +8,14 @@ import pytest
 
 from alloc import NotApplicable, Status, Vehicle, build, load_vehicle
 from alloc.methods.px4 import DOF, Mixing, desaturated, make_mixing, stop_small, unallocated, unit_outputs
-from alloc.vehicle.autopilot import make_autopilot, mixer_frame
+from alloc.vehicle.autopilot import AIRMODES, make_autopilot, mixer_frame
 from alloc.vehicle.frame import turned
+from bench.demands.store import pack_vehicle, unpack_vehicle
 
-# roll, pitch, yaw, thrust: four outputs, airmode off: facts of ControlAllocationSequentialDesaturationTest
-# at PX4/PX4-Autopilot 00202eb379b7, whose quadrotor x has arms, CT and KM of 1 and no scaled moments.
-PUBLISHED = """
+# roll, pitch, yaw, thrust: four outputs, by MC_AIRMODE: facts of ControlAllocationSequentialDesaturationTest
+# at PX4/PX4-Autopilot v1.17.0-beta1, whose quadrotor x has arms, CT and KM of 1 and no scaled moments.
+PUBLISHED = {
+    0: """
 1 0 0 .5: .25 .25 .75 .75 | -1 0 0 .5: .75 .75 .25 .25 | 0 1 0 .5: .75 .25 .25 .75 | 0 0 1 .5: .75 .25 .75 .25
 1 0 0 1: .5 .5 1 1 | 0 -1 0 1: .5 1 1 .5 | 0 0 1 1: 1 .7 1 .7 | 0 0 -1 1: .7 1 .7 1 | 0 0 1 0: 0 0 0 0
 1 0 0 0: 0 0 0 0 | 0 2 0 3: 1 0 0 1 | 0 0 1 3.2: 1 .7 1 .7 | 0 0 1 .75: 1 .5 1 .5
@@ -27,7 +29,26 @@ PUBLISHED = """
 1 1 -1 .45: .1 .1 0 1 | 1 1 -1 .9: .2 0 .2 1 | 1 1 -1 1: .2 0 .2 1 | -1 .9 -.9 .1: .2 0 0 .2
 -1 .9 -.9 .45: .9 .45 0 .45 | -1 .9 -.9 .9: .95 .6 0 .55 | -1 .9 -.9 1: .95 .6 0 .55
 -1 .9 0 .1: .2 0 0 .2 | -1 .9 0 .45: .9 .45 0 .45 | -1 .9 0 .9: 1 .55 .05 .5
-"""
+""",
+    1: """
+1 0 0 0: 0 0 .5 .5 | -1 0 0 0: .5 .5 0 0 | 0 1 0 0: .5 0 0 .5 | 0 -1 0 0: 0 .5 .5 0 | 0 0 1 0: 0 0 0 0
+0 0 -1 0: 0 0 0 0 | -.05 0 0 0: .025 .025 0 0 | -.05 0 0 .1: .1125 .1125 .0875 .0875
+-.05 0 0 1: 1 1 .975 .975 | .05 -.05 0 0: 0 .025 .05 .025 | .05 .05 -.025 0: .01875 .00625 .01875 .05625
+.05 .05 -.025 1: .9625 .95 .9625 1 | 0 .2 -.025 0: .1 0 0 .1 | 0 .2 -.025 .1: .14375 .05625 .04375 .15625
+.2 .05 .09 0: .025 0 .1 .125 | .2 .05 .09 1: .9225 .8525 .9975 .9775 | -.125 .02 .04 0: .0825 .0525 .01 0
+1 0 0 .1: 0 0 .5 .5 | 1 0 0 .45: .2 .2 .7 .7 | 0 0 1 .1: .2 0 .2 0 | 0 0 1 .9: 1 .5 1 .5 | 0 0 1 1: 1 .7 1 .7
+1 1 -1 0: .2 0 .2 1 | 1 1 -1 .45: .2 0 .2 1 | -1 .9 -.9 0: .95 .5 0 .45 | -1 .9 -.9 1: .95 .6 0 .55
+-1 .9 0 .45: .95 .5 0 .45 | -1 .9 0 .9: 1 .55 .05 .5
+""",
+    2: """
+1 0 0 0: 0 0 .5 .5 | 0 -1 0 0: 0 .5 .5 0 | 0 0 1 0: .5 0 .5 0 | 0 0 -1 0: 0 .5 0 .5
+.05 .05 -.025 0: .0125 0 .0125 .05 | .05 .05 -.025 .1: .09375 .08125 .09375 .13125
+0 .2 -.025 0: .1 .0125 0 .1125 | .2 .05 .09 0: .07 0 .145 .125 | .2 .05 .09 1: .925 .855 1 .98
+-.125 .02 .04 0: .0825 .0525 .01 0 | 0 0 1 .1: .5 0 .5 0 | 0 0 1 .45: .7 .2 .7 .2 | 0 0 1 1: 1 .5 1 .5
+1 1 -1 0: 0 0 0 1 | 1 1 -1 1: 0 0 0 1 | -1 .9 -.9 0: .95 .95 0 .9 | -1 .9 -.9 .9: 1 1 .05 .95
+-1 .9 0 0: .95 .5 0 .45 | -1 .9 0 1: 1 .55 .05 .5
+""",
+}
 SHIPPED = ("ukwial", "bluerov2", "bluerov2-heavy", "subjugator8", "nautilus", "supply-vessel")
 
 
@@ -39,18 +60,25 @@ def quadrotor() -> Mixing:
     return make_mixing(np.array(columns, dtype=float).T, normalize=False)
 
 
-def cases() -> list[tuple[list[float], list[float]]]:
-    """Setpoints and outputs out of the text."""
-    texts = [case.partition(":") for line in PUBLISHED.strip().splitlines() for case in line.split("|")]
-    return [([float(word) for word in a.split()], [float(word) for word in b.split()]) for a, _, b in texts]
+def cases() -> list[tuple[int, list[float], list[float]]]:
+    """MC_AIRMODE, setpoints and outputs out of the text."""
+    found = []
+    for airmode, text in PUBLISHED.items():
+        for case in "|".join(text.strip().splitlines()).split("|"):
+            asked, _, outputs = case.partition(":")
+            found.append((airmode, list(map(float, asked.split())), list(map(float, outputs.split()))))
+    return found
 
 
-@pytest.mark.parametrize(("asked", "expected"), cases(), ids=lambda numbers: " ".join(map(str, numbers)))
-def test_outputs_are_those_of_px4_s_unit_tests(asked: list[float], expected: list[float]) -> None:
+@pytest.mark.parametrize(("airmode", "asked", "expected"), cases(), ids=str)
+def test_outputs_are_those_of_px4_s_unit_tests(
+    airmode: int, asked: list[float], expected: list[float]
+) -> None:
     roll, pitch, yaw, thrust = asked
     setpoint = np.array([0, 0, -thrust, roll, pitch, yaw])
-    made = desaturated(quadrotor().mix, setpoint, [(0.0, 1.0)] * 4)
-    np.testing.assert_allclose(made, expected, atol=1e-6)
+    made = desaturated(quadrotor().mix, setpoint, [(0.0, 1.0)] * 4, airmode)
+    cut = np.clip(made, 0, 1) if airmode else made  # at 1 1 -1 nothing but the cut keeps them inside
+    np.testing.assert_allclose(cut, expected, atol=1e-6)
 
 
 def gain(u: list[float], column: list[float], low: list[float], high: list[float]) -> float:
@@ -67,11 +95,12 @@ def gain(u: list[float], column: list[float], low: list[float], high: list[float
 
 
 def second_reading(
-    mix: np.ndarray, asked: dict[str, float], low: list[float], high: list[float]
+    mix: np.ndarray, asked: dict[str, float], low: list[float], high: list[float], airmode: int
 ) -> list[float]:
     """Outputs by loops over motors and axes named as in the firmware."""
     at = {axis: mix[:, DOF.index(axis)].tolist() for axis in DOF}
-    u = [sum(at[axis][i] * asked[axis] for axis in DOF if axis != "yaw") for i in range(len(mix))]
+    first = [axis for axis in DOF if axis != "yaw" or airmode == 2]
+    u = [sum(at[axis][i] * asked[axis] for axis in first) for i in range(len(mix))]
 
     def give_way(axis: str, top: list[float], reduce_only: bool) -> None:
         first = gain(u, at[axis], low, top)
@@ -83,9 +112,13 @@ def second_reading(
         for i in range(len(u)):
             u[i] += half * at[axis][i]
 
-    give_way("heave", high, True)
-    give_way("roll", high, False)
-    give_way("pitch", high, False)
+    give_way("heave", high, airmode == 0)
+    if airmode == 2:
+        give_way("yaw", high, False)
+        return u
+    if airmode == 0:
+        give_way("roll", high, False)
+        give_way("pitch", high, False)
     for i in range(len(u)):
         u[i] += at["yaw"][i] * asked["yaw"]
     give_way("yaw", [b + 0.15 * (b - a) for a, b in zip(low, high, strict=True)], False)
@@ -93,14 +126,38 @@ def second_reading(
     return u
 
 
+@pytest.mark.parametrize("airmode", AIRMODES)
 @pytest.mark.parametrize("n", [4, 6, 8])
-def test_outputs_are_those_of_a_second_reading_of_the_firmware(n: int, rng: np.random.Generator) -> None:
+def test_outputs_are_those_of_a_second_reading_of_the_firmware(
+    n: int, airmode: int, rng: np.random.Generator
+) -> None:
     mixing = make_mixing(rng.normal(size=(6, n)))
     low, high = rng.choice([0.0, -1.0], n).tolist(), [1.0] * n
     for asked in rng.normal(size=(2_000, 6)):
-        made = desaturated(mixing.mix, asked, list(zip(low, high, strict=True)))
-        second = second_reading(mixing.mix, dict(zip(DOF, asked.tolist(), strict=True)), low, high)
+        made = desaturated(mixing.mix, asked, list(zip(low, high, strict=True)), airmode)
+        second = second_reading(mixing.mix, dict(zip(DOF, asked.tolist(), strict=True)), low, high, airmode)
         np.testing.assert_allclose(made, second, atol=1e-9)
+
+
+def test_an_axis_with_next_to_no_effect_is_given_up_and_noise_of_others_left() -> None:
+    """PX4 clears a row whose entries all lie within 0.05: its pseudoinverse then asks nothing of it."""
+    rows = np.vstack([np.eye(5, 7) + 0.3, np.full(7, 0.04)])
+    assert (make_mixing(rows).mix[:, 5] == 0).all()
+    without = np.vstack([rows[:5], np.zeros(7)])
+    np.testing.assert_array_equal(make_mixing(rows).mix, make_mixing(without).mix)
+
+
+def test_a_failure_leaves_the_scales_and_not_the_pseudoinverse() -> None:
+    vehicle = with_key("bluerov2-heavy", "automatic")
+    assert vehicle.poses is not None
+    ready = np.arange(8) != 4
+    whole, left = (make_mixing(60 * vehicle.poses, each) for each in (None, ready))
+    np.testing.assert_array_equal(whole.scales, left.scales)
+    np.testing.assert_allclose(left.mix * left.scales, np.linalg.pinv(60 * vehicle.poses * ready), atol=2e-3)
+    asked = np.array([0, 0, 40.0, 0, 0, 0])
+    u = stop_small(desaturated(left.mix, asked * left.scales, [(-1.0, 1.0)] * 8), [(-1.0, 1.0)] * 8)
+    f = build("px4", vehicle.with_fault(4))(asked).f
+    np.testing.assert_allclose(f, u * np.where(u > 0, 60, 40), atol=1e-9)
 
 
 def test_scales_are_those_of_px4_s_rule() -> None:
@@ -187,10 +244,24 @@ def test_a_thruster_without_thrust_ahead_has_no_coefficient() -> None:
         build("px4", replace(vehicle, f_max=np.array([0.0, 1, 1, 1]), slew=None))
 
 
-def with_key(name: str, method: str) -> Vehicle:
+def with_key(name: str, method: str, airmode: int = 0) -> Vehicle:
     vehicle = load_vehicle(name)
-    frame = mixer_frame("", method)
-    return replace(vehicle, autopilot=make_autopilot(frame, (vehicle.f_min, vehicle.f_max)))
+    frame, limits = mixer_frame("", method), (vehicle.f_min, vehicle.f_max)
+    return replace(vehicle, autopilot=make_autopilot(frame, limits, airmode=airmode))
+
+
+def test_with_airmode_a_push_up_keeps_the_roll_that_a_push_down_costs_without() -> None:
+    """MC_AIRMODE 1 moves heave both ways, so a dive keeps its roll and loses depth."""
+    tau, made = np.array([0, 0, 200.0, 25.0, 0, 0]), {}
+    for airmode in AIRMODES:
+        vehicle = with_key("bluerov2-heavy", "automatic", airmode)
+        assert vehicle.autopilot is not None
+        there = unpack_vehicle(pack_vehicle(vehicle))
+        assert there.autopilot is not None
+        assert there.autopilot.airmode == airmode
+        made[airmode] = vehicle.T @ build("px4", there)(tau).f
+    assert made[1][3] > 1.3 * made[0][3]
+    assert made[1][2] < made[0][2]
 
 
 def test_ca_method_0_cuts_the_pseudoinverse_s_outputs_and_nothing_gives_way() -> None:
