@@ -18,11 +18,11 @@ STARTS: tuple[Start, ...] = ("cold", "reused")  # QOCO takes no first guess
 _QUIET = {"verbose": 0, "max_iters": 200}  # QOCO's defaults, written down; it has no time cap
 SETTINGS: dict[Level, dict[str, Any]] = {
     "default": _QUIET,
-    # A gap of g leaves x up to sqrt(2 g) from the optimum; in one solve of some thousand 1e-9 left 1.5e-5.
-    "tight": _QUIET | dict.fromkeys(("abstol", "reltol"), 1e-11),
+    # A gap of g leaves x up to sqrt(2 g) from the optimum: 1e-6 needs 1e-12. 1e-13 fails twice as often.
+    "tight": _QUIET | dict.fromkeys(("abstol", "reltol"), 1e-12),
 }
 TOLERANCE: dict[str, dict[Level, float]] = {
-    "hard": {"default": 5e-4, "tight": 5e-7},
+    "hard": {"default": 5e-4, "tight": 3e-6},  # 1.2e-6 on random vehicles, at a limit without a multiplier
     "soft": {"default": 5e-4, "tight": 5e-7},
 }
 

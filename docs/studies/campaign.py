@@ -102,7 +102,7 @@ def demands_of(entry: Entry, number: int) -> int:
     return ONE_SHOT if entry.family is Family.ONE_SHOT else SLOW if slow else QUICK
 
 
-def lot(numbers: range, entries: list[Entry], near: bool = False) -> dict[str, object]:
+def lot(numbers: range, entries: list[Entry], near: bool = False, most: int = DEMANDS) -> dict[str, object]:
     """Results of methods on the vehicles of these numbers, as a line of the file."""
     total: dict[str, Counter[str]] = {}
     first: dict[str, str] = {}
@@ -111,7 +111,7 @@ def lot(numbers: range, entries: list[Entry], near: bool = False) -> dict[str, o
         vehicle, rng = (numbered if near else generate_vehicle)(number)
         sets = asked(vehicle, rng)
         for entry in entries:
-            if not (count := demands_of(entry, number)):
+            if not (count := min(demands_of(entry, number), most)):
                 continue
             try:
                 found = judged(vehicle, entry.name, sets, count)
@@ -133,7 +133,8 @@ def lot(numbers: range, entries: list[Entry], near: bool = False) -> dict[str, o
 @click.option("--vehicles", default=10_000, show_default=True)
 @click.option("--method", "only", multiple=True, help="Only these.")
 @click.option("--near", is_flag=True, help="Vehicles that are nearly symmetric.")
-def main(file: Path, vehicles: int, only: tuple[str, ...], near: bool) -> None:
+@click.option("--demands", "most", default=DEMANDS, help="At most so many demands of each set.")
+def main(file: Path, vehicles: int, only: tuple[str, ...], near: bool, most: int) -> None:
     """Append to FILE what is wrong, lot by lot; then print all of FILE by method."""
     warnings.simplefilter("error")
     entries = [e for e in catalogue() if not e.missing and (not only or e.name in only)]
@@ -141,7 +142,7 @@ def main(file: Path, vehicles: int, only: tuple[str, ...], near: bool) -> None:
         [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()] if file.exists() else []
     )
     for start in range(lines[-1]["vehicles"][1] if lines else 0, vehicles, LOT):
-        line = lot(range(start, min(start + LOT, vehicles)), entries, near)
+        line = lot(range(start, min(start + LOT, vehicles)), entries, near, most)
         with file.open("a", encoding="utf-8") as out:
             out.write(json.dumps(line) + "\n")
         lines.append(json.loads(json.dumps(line)))

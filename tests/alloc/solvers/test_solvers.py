@@ -350,6 +350,19 @@ def test_answers_keep_the_distance_that_is_promised(
 
 
 @pytest.mark.parametrize("name", [n for n in solvers.names() if not solvers.missing(n)])
+def test_the_promise_holds_where_a_thrust_stands_at_its_limit_without_being_held_there(name: str) -> None:
+    """H f = T'y keeps all limits: the third multiplier is 0, and a gap g then moves thrusts by its root."""
+    T = np.array([[1.0, 1.0, 1.0, 0.0], [0.0, 1.0, -1.0, 1.0]])
+    vehicle = made_up(T, [-5.0, -5.0, 0.0, -5.0], 5.0)
+    F = np.array([[0.5], [1.0], [2.0], [-1.0]]) * [1.0, 1.0] @ T
+    assert (F[:, 2] == vehicle.f_min[2]).all()
+    for level in solvers.load(name).SETTINGS:
+        allocate = build(f"qp/{name}", vehicle, level=level)
+        found, _ = allocate.many(F @ T.T)
+        assert np.abs(found - F).max() <= allocate.tolerance * vehicle.f_scale
+
+
+@pytest.mark.parametrize("name", [n for n in solvers.names() if not solvers.missing(n)])
 def test_an_answer_does_not_change_when_the_next_is_made(name: str) -> None:
     posed = pose_hard(VEHICLE)
     b, other = (posed.b_of_tau @ tau for tau in demands(4, 2))
