@@ -47,8 +47,7 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     sides = OneSided(qp)
 
     def set_up() -> Any:
-        model = _model(level)
-        model.settings.warm_start = start == "warm"
+        model = _model(level, start)
         # A vehicle whose thrusters are stuck or off may have no equation left, and none is then taken.
         model.setup(H, qp.g, G, sides.right[p:], PENALTY, **({"A": A, "b": sides.right[:p]} if p else {}))
         return model
@@ -71,7 +70,7 @@ def prepare_rows(
     H: FloatArray, G: FloatArray, h: FloatArray, prices: FloatArray, level: Level
 ) -> Callable[[FloatArray], Answer]:
     """Prepare min 1/2 x'Hx + prices'max(G x - h, 0): each row gives way at its price; only h (r,) changes."""
-    model = _model(level)
+    model = _model(level, "reused")
     model.setup(np.asfortranarray(H), np.zeros(len(H)), np.asfortranarray(G), h, prices)
 
     def solve(h: FloatArray) -> Answer:
@@ -81,10 +80,11 @@ def prepare_rows(
     return solve
 
 
-def _model(level: Level) -> Any:
+def _model(level: Level, start: Start) -> Any:
     import elastiqp
 
     model = elastiqp.das.Solver()
+    model.settings.warm_start = start == "warm"  # its default is True
     for key, value in SETTINGS[level].items():
         setattr(model.settings, key, value)
     return model

@@ -6,6 +6,7 @@ from scipy.optimize import linprog
 
 from alloc import Status, Vehicle, build, list_vehicles, load_vehicle, solvers
 from alloc.allocation import FloatArray
+from bench.demands.generated import asked, generate_vehicle
 
 METHOD = "qp-elastic/elastiqp"
 pytestmark = pytest.mark.skipif(bool(solvers.missing("elastiqp")), reason=solvers.missing("elastiqp") or "-")
@@ -63,3 +64,17 @@ def test_limits_of_the_call_are_those_that_it_keeps() -> None:
     f = build(METHOD, vehicle)([400.0, 0.0, 0.0], low, high).f
     assert np.all((low <= f) & (f <= high))
     assert (vehicle.TP @ f)[0] > 0.9 * (np.maximum(vehicle.TP[0] * low, vehicle.TP[0] * high)).sum() > 0
+
+
+@pytest.mark.parametrize("number", [97, 908])
+def test_what_can_be_met_is_met_after_other_calls_too(number: int) -> None:
+    """From the last answer ElastiQP ends in "Numerics" here, and T* tau at the limits would be PARTIAL."""
+    vehicle, rng = generate_vehicle(number)
+    _, others = asked(vehicle, rng)
+    allocate, calls = build(METHOD, vehicle), (others.taus[:4], *others.limits(4))
+    _, first = allocate.many(*calls)
+    _, again = allocate.many(*calls)
+    can = others.attainable[:4]
+    assert can.any()
+    assert (first[can] == Status.SOLVED).all()
+    assert (again[can] == Status.SOLVED).all()
