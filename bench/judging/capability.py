@@ -24,14 +24,14 @@ from bench.demands import DemandSet, along_axes, build_demands, labelled
 from bench.demands.store import Case
 from bench.demands.strong import axis_maxima, strong_demands, strong_vehicle, unasked_weak_axes
 from bench.judging.cap import fuse_cost
-from bench.judging.judge import judge, rounded
+from bench.judging.judge import judge
 from bench.judging.last_metre import last_metre
-from bench.judging.loss import direction_error_deg, relative_wrench_error
 from bench.judging.mixer import mixer_cost
 from bench.judging.question import Answers, Ask, Question, Unanswered, questions
 from bench.judging.unannounced import announced_costs, failure_costs
 from bench.judging.weak import axis_costs
-from bench.record import SERVED_WITHIN, Authority, Capability, Curve, Loss, Plane, Served, Unserved
+from bench.judging.worst import strong_error, worst_loss
+from bench.record import SERVED_WITHIN, Authority, Capability, Curve, Plane, Served, Unserved
 
 PLANES = (("surge", "sway", "yaw"), ("surge", "yaw", "sway"))
 """The two axes of each section, and the third that is held. A vehicle under way needs thrust ahead and
@@ -157,7 +157,7 @@ def demands_of_growing_size(vehicle: Vehicle, rng: np.random.Generator) -> Float
 
 def error_curve(method: str, case: Case, F: FloatArray) -> Curve:
     """Wrench error of a method's thrusts F (N, n) for a case of ``demands_of_growing_size``."""
-    error = _wrench_error(case.vehicle, case.taus, F).reshape(len(SIZES), DIRECTIONS)
+    error = strong_error(case.vehicle, case.taus, F).reshape(len(SIZES), DIRECTIONS)
     error = np.where(np.isnan(error), 1.0, error)  # without thrusts nothing is delivered
     return Curve(
         method=method,
@@ -165,11 +165,6 @@ def error_curve(method: str, case: Case, F: FloatArray) -> Curve:
         error_p50=np.median(error, axis=1).tolist(),
         error_max=error.max(axis=1).tolist(),
     )
-
-
-def _wrench_error(vehicle: Vehicle, taus: FloatArray, F: FloatArray) -> FloatArray:
-    """``relative_wrench_error`` (N,) of what demands ask of the strong part."""
-    return relative_wrench_error(strong_vehicle(vehicle), strong_demands(vehicle, taus), F)
 
 
 def _pairs(points: FloatArray) -> list[tuple[float, float]]:
@@ -198,20 +193,6 @@ def limit_wrenches(vehicle: Vehicle) -> FloatArray:
     thrusts[:, moves] = np.array(list(product(*zip(vehicle.f_min[moves], vehicle.f_max[moves], strict=True))))
     wrenches: FloatArray = thrusts @ vehicle.TP.T
     return wrenches
-
-
-def worst_loss(vehicle: Vehicle, taus: FloatArray, F: FloatArray) -> Loss:
-    """Worst of thrusts F (N, n) for demands (N, k) that can be met."""
-    asked = strong_vehicle(vehicle), strong_demands(vehicle, taus)
-    missed = np.nan_to_num(relative_wrench_error(*asked, F), nan=1.0)
-    turned = direction_error_deg(*asked, F)
-    known = turned[~np.isnan(turned)]
-    return Loss(
-        n_demands=len(taus),
-        n_answers=int(np.isfinite(F).all(axis=1).sum()),
-        missed_max=rounded(missed.max()),
-        turned_max_deg=rounded(known.max()) if known.size else None,
-    )
 
 
 class CapabilityQuestions(NamedTuple):
@@ -267,6 +248,12 @@ def measure_capabilities(
     return [capability for capability, _ in made]
 
 
+def even_demands(vehicle: Vehicle, seed: int, n: int = N_DEMANDS) -> FloatArray:
+    """Demands (n, k) drawn evenly from what a vehicle can do [N, N m]."""
+    drawn = uniform_demands(strong_vehicle(vehicle), np.random.default_rng(seed), n)
+    return unasked_weak_axes(vehicle, drawn)
+
+
 def _asked(vehicle: Vehicle, seed: int, n: int) -> CapabilityQuestions:
     states: dict[int | None, Vehicle] = {None: vehicle}
     if len(vehicle.working) > 1:
@@ -276,7 +263,7 @@ def _asked(vehicle: Vehicle, seed: int, n: int) -> CapabilityQuestions:
         labelled(
             "demands drawn evenly",
             state,
-            unasked_weak_axes(state, uniform_demands(strong_vehicle(state), np.random.default_rng(seed), n)),
+            even_demands(state, seed, n),
         )
         for state in states.values()
     ]
@@ -327,7 +314,7 @@ def _add(
     for (fault, question), answer in zip(asked.states, of_states[: len(asked.states)], strict=True):
         if isinstance(answer, Answers):
             vehicle, taus = question.demands.vehicle, question.demands.taus
-            error = _wrench_error(vehicle, taus, answer.F)
+            error = strong_error(vehicle, taus, answer.F)
             corners = None
             if fault is None:
                 capability.failure_costs += failure_costs(vehicle, method, taus, answer.F)

@@ -1,5 +1,6 @@
 """Record of a run: facts as they were measured, one line each, written and read here."""
 
+from bench.record.capability import MISSED_MUCH as MISSED_MUCH
 from bench.record.capability import SERVED_WITHIN as SERVED_WITHIN
 from bench.record.capability import Authority as Authority
 from bench.record.capability import Capability as Capability

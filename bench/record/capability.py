@@ -6,6 +6,9 @@ from bench.record.costs import AxisCost, FailureCost, FuseCost, LastMetre, Mixer
 
 SERVED_WITHIN = 0.01
 """Relative error of a delivered wrench up to which a demand counts as served, on all pages [-]."""
+MISSED_MUCH = 0.25
+"""Share of an attainable wrench [-]; a method that misses more of most demands counts as one that refuses
+all. Closed forms miss less, even of demands drawn beyond what they serve."""
 
 
 class Authority(msgspec.Struct, kw_only=True):
@@ -46,12 +49,16 @@ class Loss(msgspec.Struct, kw_only=True):
     n_demands, n_answers : demands asked, and those that got thrusts
     missed_max : largest share of a demand's wrench that is not delivered, 1 without thrusts [-]
     turned_max_deg : largest angle between delivered and demanded wrench; None where none has a direction
+    missed_much : demands of which MISSED_MUCH or more is missed; None in records from before it was kept
+    nothing_expected : demands of as many others of which nothing is delivered, by a tail; None like it
     """
 
     n_demands: int
     n_answers: int
     missed_max: float
     turned_max_deg: float | None
+    missed_much: int | None = None
+    nothing_expected: float | None = None
 
 
 class Served(msgspec.Struct, kw_only=True, omit_defaults=True):

@@ -71,6 +71,11 @@ class Method(msgspec.Struct, tag="method", omit_defaults=True, kw_only=True):
         """Give the family of version 0.1 in ``results`` its present name."""
         self.family = RENAMED_FAMILIES.get(self.family, self.family)
 
+    @property
+    def base(self) -> str:
+        """Name of the method in Python that gives these answers, or its own: of scaled@library, scaled."""
+        return self.name if self.plugin else self.twin or self.name.partition("@")[0]
+
 
 RENAMED_FAMILIES = {"exact closed form": "for an optimum, no QP solver"}
 """Families as version 0.1 wrote them, and their names now: not each of their methods is exact."""

@@ -239,6 +239,7 @@ def _worth(size: Size) -> dict[str, Any]:
         "refusal": size.refusal,
         "part": size.part,
         "gap": size.gap,
+        "other_gap": size.other_gap,
         "missing": [size.missing_low, size.missing, size.missing_high],
         "n_even": size.n_even,
         "misses": size.misses.hex(),

@@ -7,7 +7,7 @@ from alloc.vehicle.geometry import unit
 from bench.record import Capability
 from bench.results.emulated import IN_WORDS
 from bench.results.rows import Run
-from bench.results.size import Fit, Loop, Size, best_of_each, possible_first
+from bench.results.size import Fit, Loop, Size, best_of_each, possible_first, possible_second, second_size
 from bench.results.sizing import find_pauses, sizes
 from bench.results.text import cut_note, number_range, percent, three
 
@@ -90,8 +90,11 @@ def verdict(own: Sequence[Size], loop: Loop) -> str:
         text += f"; {first.part}"
     if rival := possible_first(own, loop):
         text += f"; not decided by so few: {spoken_name(rival)} may come first"
-    other = second_choice(first, own)
-    return f"{text}; {other} would do too." if other else f"{text}."
+    if other := second_size(own):
+        text += f"; {spoken_name(other)} would do too"
+        if not rival and (instead := possible_second(own, loop)):
+            text += f", or {spoken_name(instead)}: not decided by so few"
+    return f"{text}."
 
 
 def _worth(first: Size, own: Sequence[Size]) -> str:
@@ -169,17 +172,6 @@ def _why_not_exact(own: Sequence[Size]) -> str:
         return f"{spoken_name(refusing[0])} is exact but refuses some demands"
     late = [size for size in own if size.exact and size.fit == Fit.DOES_NOT_FIT]
     return f"{late[0].label} is exact but too slow" if late else "no exact method was measured"
-
-
-def second_choice(first: Size, own: Sequence[Size]) -> str:
-    """Second choice in words, by the rule of the first: the next that is as useful; empty for none."""
-    others = (
-        spoken_name(size)
-        for size in own[1:]
-        if size.usefulness() == first.usefulness() and size.method != first.twin
-        if first.refusal or not size.refusal
-    )
-    return next(others, "")
 
 
 def _small(share: float) -> str:

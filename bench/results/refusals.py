@@ -1,19 +1,16 @@
 """Refusals of methods: demands without thrusts, as shares of a log and in words."""
 
+from math import log
 from typing import NamedTuple
 
 from alloc.formulations import find_formulation
-from bench.record import Problem
+from bench.record import MISSED_MUCH, Loss, Problem
 from bench.results.columns import Row
+from bench.results.quantiles import share
 from bench.results.text import percent, plural, three
 
-WEAK = 0.25
-"""Median share of an attainable wrench [-]; a method that misses more counts as one that refuses all. Closed
-forms miss less, even of demands drawn beyond what they serve."""
-
-
 UNMET = "what can't be met"
-MISSES = ("some of what can be met", f"{percent(WEAK)} and more of most demands that can be met")
+MISSES = ("some of what can be met", f"{percent(MISSED_MUCH)} and more of most demands that can be met")
 """Names of attainable demands that a method refuses."""
 
 
@@ -32,21 +29,54 @@ class Refusal(NamedTuple):
     unanswered: bool
 
 
-def refusal(row: Row, problem: Problem | None) -> Refusal:
+NONE = Refusal(0.0, "", unanswered=False)
+
+
+def refusal(row: Row, problem: Problem | None, even: Loss | None = None) -> Refusal:
     """The share of a log or mission that got no wrench, and in words what got none; 0 and empty for nothing.
 
     Of a log that was not asked whole it is the share that can't be met, for methods that refuse those. Of
     demands that were drawn to be beyond what the vehicle can do, or about the moment at which a mission comes
     to that, a share would say nothing. A method that refuses is named as such of a log that is met, too: the
-    next dive may ask for more. One that delivers nothing of a demand that can be met, or WEAK shares of most,
-    counts as one that refuses all.
+    next dive may ask for more. One that delivers nothing of a demand that can be met, or MISSED_MUCH of most,
+    counts as one that refuses all;
+    that is for those drawn evenly to say where their loss is known, not for a small set drawn otherwise.
     """
     refused = _log_refusal(row, problem)
+    if even and even.missed_much is not None and problem and is_random(problem):
+        return refused
     judged = row.measured.judged
-    if max((each.missed_p50 or 0.0 for each in judged), default=0.0) >= WEAK:
+    if max((each.missed_p50 or 0.0 for each in judged), default=0.0) >= MISSED_MUCH:
         return Refusal(1.0, MISSES[1], unanswered=True)
     missed = max((each.missed_max or 0.0 for each in judged), default=0.0)
     return Refusal(1.0, MISSES[0], unanswered=True) if missed >= 1 and not refused.share else refused
+
+
+def even_refusal(even: Loss | None) -> Refusal:
+    """Refusal of demands that can be met and were drawn evenly: of most, or of one."""
+    if even and even.missed_much is not None and 2 * even.missed_much >= even.n_demands:
+        return Refusal(1.0, MISSES[1], unanswered=True)
+    return Refusal(1.0, MISSES[0], unanswered=True) if even and even.missed_max >= 1 else NONE
+
+
+SELDOM = -log(0.95)
+"""Expected number at which at least one is seen in 5 % of draws."""
+
+
+def is_even_refusal_open(even: Loss | None) -> bool:
+    """True if as many more demands drawn evenly may say otherwise than ``even_refusal``, in 5 % of draws.
+
+    A demand of which nothing was delivered stays one, however many more are asked.
+    """
+    if even is None or even.missed_much is None or even.nothing_expected is None or even.missed_max >= 1:
+        return False
+    _, low, high = share(even.missed_much, even.n_demands)
+    return low < 0.5 and (high >= 0.5 or even.nothing_expected >= SELDOM)
+
+
+def is_random(problem: Problem) -> bool:
+    """True if demands were drawn at random: they are no log's, and of no mission."""
+    return not problem.given and problem.rate_hz is None
 
 
 def _log_refusal(row: Row, problem: Problem | None) -> Refusal:

@@ -287,12 +287,12 @@ def count_answers(rows: Iterable[Row]) -> str:
 def served_count(run: Run, row: Row) -> Served | None:
     """Count of demands drawn evenly that answers like a row's were asked; None without.
 
-    They are the method's own or those of its twin. Foreign code of this project without a twin answers as
-    the counted method of its formulation does; where that is the optimum, a solver may miss it.
+    They are the method's own or those of its base. Other foreign code of this project answers as the counted
+    method of its formulation does; where that is the optimum, a solver may miss it.
     """
     capability, own = run.capability(row.vehicle), row.described
     whole = [s for s in capability.served if s.fault is None] if capability else []
-    names = [row.method, own.twin]
+    names = [row.method, own.base]
     if own.foreign and not (own.twin or own.plugin or find_formulation(row.formulation).optimal):
         names += [m.name for m in run.record.methods if m.formulation == row.formulation and not m.plugin]
     return next((s for name in names for s in whole if s.method == name), None)
@@ -356,7 +356,7 @@ def gather(record: Record) -> tuple[Row, ...]:
                     unique=key.vehicle in unique,
                     wrong_elsewhere=wrong.get((key.vehicle, key.method), ""),
                     wrong_on_others=others.get((key.vehicle, *_choice(key)), ""),
-                    missed_elsewhere=(key.vehicle, described.twin or key.method) in missing,
+                    missed_elsewhere=(key.vehicle, described.base) in missing,
                     problem=problems.get((key.vehicle, key.demands)),
                 )
             )

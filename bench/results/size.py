@@ -127,6 +127,7 @@ class Size:
     misses : a bit for each demand drawn evenly that it leaves out; empty where that is not known
     unanswered : whether some demand that was asked, drawn or of a log, got no thrusts within the limits, or a
         wrench of nothing
+    other_gap : the ``gap`` that more demands drawn evenly may show; None where these leave no doubt
     picky : whether it refuses what can't be met, and delivers what can
     moving : whether a log's calls, or all, had limits of their own: C for these takes ``--limits call``
     freedom : n - rank T of the vehicle, None where it is not known
@@ -163,6 +164,7 @@ class Size:
     n_even: int = 0
     misses: bytes = b""
     unanswered: bool = False
+    other_gap: int | None = None
     picky: bool = False
     moving: bool = False
     freedom: int | None = None
@@ -214,7 +216,7 @@ class Size:
         median is as short), needs no QP solver, and how much it misses.
         """
         facts = (self.picky, self.unlimited, self.steps is None, not self.twin, bool(self.solver))
-        return (*map(int, facts), self.missing)
+        return (*map(int, facts), self.missing if self.tenths else 0.0)
 
     @property
     def place(self) -> tuple[Any, ...]:
@@ -270,13 +272,23 @@ def most_missing(size: Size, rival: Size, missing: float) -> float:
 def _reading(size: Size, loop: Loop, missing: float, *, better: bool) -> Size:
     """A size at the better or the worse end of what noise leaves open, and so much missing."""
     factor = (1 / CLOSE if better else CLOSE) if size.calls else 1.0
+    gap = (min if better else max)(size.gap, size.gap if size.other_gap is None else size.other_gap)
     p50_us, fit, often = size.p50_us, size.fit, size.often and not better
     if p50_us is not None and fit in (Fit.FITS, Fit.WITHOUT_TAIL, Fit.DOES_NOT_FIT):
         if factor * p50_us > loop.limit_us:
             fit = Fit.DOES_NOT_FIT
         elif fit == Fit.DOES_NOT_FIT:
             fit = Fit.WITHOUT_TAIL
-    return replace(size, fit=fit, often=often, missing=missing, p50_us=None, cpu_us=factor * size.median_us)
+    return replace(
+        size,
+        fit=fit,
+        often=often,
+        refused=float(gap > 1) if gap != size.gap else size.refused,
+        unanswered=gap > 0,
+        missing=missing,
+        p50_us=None,
+        cpu_us=factor * size.median_us,
+    )
 
 
 def possible_first(ranked: Sequence[Size], loop: Loop) -> Size | None:
@@ -303,6 +315,22 @@ def possible_first(ranked: Sequence[Size], loop: Loop) -> Size | None:
     return None
 
 
+def second_size(ranked: Sequence[Size]) -> Size | None:
+    """Second choice, by the rule of the first: the next that is as useful, and refuses no more; else None."""
+    others = _others(ranked)
+    return others[0] if others and others[0].usefulness() == ranked[0].usefulness() else None
+
+
+def possible_second(ranked: Sequence[Size], loop: Loop) -> Size | None:
+    """The size that a longer run may name second where there is a second; None where that is decided."""
+    return possible_first(_others(ranked), loop) if second_size(ranked) else None
+
+
+def _others(ranked: Sequence[Size]) -> list[Size]:
+    first = ranked[0]
+    return [s for s in ranked[1:] if s.method != first.twin and (first.refusal or not s.refusal)]
+
+
 def best_of_each(sizes: list[Size]) -> list[Size]:
     """The first start and level of each method on each vehicle."""
     first: dict[tuple[str, str], Size] = {}
@@ -319,8 +347,8 @@ def worst_size(there: Mapping[str, Size]) -> Size:
     numbers: dict[str, Any] = {
         name: largest(map(attrgetter(name), every))
         for name in (
-            *("missing", "missing_low", "missing_high", "moving", "refused", "unanswered", "picky", "often"),
-            *("p50_us", "max_us", "cpu_us", "bound", "memory_MB"),
+            *("missing", "missing_low", "missing_high", "moving", "refused", "unanswered", "other_gap"),
+            *("picky", "often", "p50_us", "max_us", "cpu_us", "bound", "memory_MB"),
         )
     }
     return replace(

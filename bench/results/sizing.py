@@ -23,7 +23,15 @@ from bench.results.quantiles import (
     total,
 )
 from bench.results.ranking import is_exact, is_right, largest_miss, objection
-from bench.results.refusals import MISSES, Refusal, refusal, refuses
+from bench.results.refusals import (
+    MISSES,
+    NONE,
+    even_refusal,
+    is_even_refusal_open,
+    is_random,
+    refusal,
+    refuses,
+)
 from bench.results.rows import Run, served_count
 from bench.results.size import LATE_SHARE, Fit, Loop, Size, judge_times, rank_sizes
 
@@ -287,11 +295,15 @@ def pool_rows(run: Run, rows: Sequence[Row], transfer: Transfer | None = None, d
     problems = [asked.get((row.vehicle, row.demands)) for row in rows]
     known = [each for each in problems if each]
     moving = any(p.moving and p.given for p in known) or (bool(known) and all(p.moving for p in known))
-    refusals = [refusal(row, each) for row, each in zip(rows, problems, strict=True)]
-    said = max((each for each in refusals if each.words), default=Refusal(0.0, "", unanswered=False))
     exact, count = is_exact_everywhere(rows), None if demands else served_count(run, first)
-    if count and count.sample and count.sample.missed_max >= 1:
-        said = max(said, Refusal(1.0, MISSES[0], unanswered=True))
+    even = count.sample if count else None
+    refusals = [refusal(row, each, even) for row, each in zip(rows, problems, strict=True)]
+    violating = first.unlimited and any(row.limits_violated_share for row in rows)
+    unanswered = violating or any(each.unanswered for each in refusals)
+    # The gap without demands drawn evenly: these condemn a method, or do not, and more may say otherwise.
+    else_gap = 2 if any(each.share for each in refusals) else int(unanswered)
+    of_even = even_refusal(even)
+    said = max((each for each in (*refusals, of_even) if each.words), default=NONE)
     missing, n, n_even = missing_share(rows, problems, count)
     # What is exact misses none of more demands either; another that missed none of so few may.
     _, low, high = share(round(missing * n), n) if n and not exact else (0.0, missing, missing)
@@ -303,9 +315,8 @@ def pool_rows(run: Run, rows: Sequence[Row], transfer: Transfer | None = None, d
         missing_high=high,
         n_even=n_even,
         misses=count.missed if count else b"",
-        unanswered=said.unanswered
-        or any(each.unanswered for each in refusals)
-        or (first.unlimited and any(row.limits_violated_share for row in rows)),
+        unanswered=unanswered or said.unanswered,
+        other_gap=(else_gap if of_even.words else 2) if is_even_refusal_open(even) else None,
         refused=said.share,
         refusal=said.words,
         part=" and ".join(part_note(each) for each in known if each.left_out and not each.given),
@@ -363,11 +374,6 @@ def missing_share(
         return 0.0, n, 0
     missing = max(1.0 - fmean(served), least) if served else 1.0
     return missing, n, 0 if own or not count else count.n_demands
-
-
-def is_random(problem: Problem) -> bool:
-    """True if demands were drawn at random: they are no log's, and of no mission."""
-    return not problem.given and problem.rate_hz is None
 
 
 def _times(factor: float, us: float | None) -> float | None:

@@ -30,22 +30,29 @@ from alloc import AllocError, NotApplicable, Vehicle, catalogue, list_vehicles, 
 from alloc.allocation import BoundedSteps
 from alloc.discovery import Entry, find, prepare
 from alloc.formulations import Family
-from alloc.reach.volumes import uniform_demands
 from bench.demands import build_demands
 from bench.demands.generated import generate_vehicle
 from bench.demands.store import Case
-from bench.demands.strong import strong_vehicle
 from bench.harness.lines import method_line, new_header, problem
 from bench.harness.plan import DEFAULT_DEMANDS, quick
-from bench.judging.capability import N_DEMANDS, worst_loss
+from bench.judging.capability import N_DEMANDS, even_demands
 from bench.judging.judge import judge
-from bench.judging.loss import relative_wrench_error
 from bench.judging.question import Answers, Question, Unanswered, questions, read_promises
+from bench.judging.worst import strong_error, worst_loss
 from bench.record import SERVED_WITHIN, Batch, Capability, Cell, Key, Record, Served
 from bench.record.measured import binned
-from bench.report.verdict import USUAL, second_choice, spoken_name
+from bench.report.verdict import USUAL, spoken_name
 from bench.results.rows import Run, gather, read_run
-from bench.results.size import CLOSE, Fit, Size, best_of_each, possible_first, rank_sizes
+from bench.results.size import (
+    CLOSE,
+    Fit,
+    Size,
+    best_of_each,
+    possible_first,
+    possible_second,
+    rank_sizes,
+    second_size,
+)
 from bench.results.sizing import sizes
 from bench.results.text import table
 
@@ -107,12 +114,12 @@ def answer(method: str, case: Case) -> Answers | Unanswered:
 
 def served(vehicle: Vehicle, seed: int) -> Capability:
     """Number of the demands drawn evenly that each method in Python serves, as a run counts them."""
-    taus = uniform_demands(strong_vehicle(vehicle), np.random.default_rng(seed), N_DEMANDS)
+    taus = even_demands(vehicle, seed, N_DEMANDS)
     found = []
     for entry in entries():
         reply = Unanswered("", "") if entry.foreign else answer(entry.name, Case(vehicle, taus))
         if isinstance(reply, Answers):
-            error = relative_wrench_error(vehicle, taus, reply.F)
+            error = strong_error(vehicle, taus, reply.F)
             counts = [int(np.count_nonzero(error <= within)) for within in (SERVED_WITHIN, 0.05)]
             found.append(
                 Served(
@@ -197,8 +204,9 @@ def slowed(size: Size, factor: float) -> Size:
 
 def choice(own: Sequence[Size]) -> Choice:
     """Advice by the sizes of one vehicle."""
-    first = own[0]
-    return Choice(spoken_name(first), second_choice(first, own), bool(possible_first(own, USUAL)))
+    second = second_size(own)
+    name = spoken_name(second) if second else ""
+    return Choice(spoken_name(own[0]), name, bool(possible_first(own, USUAL) or possible_second(own, USUAL)))
 
 
 def main(count: int, first: int) -> None:

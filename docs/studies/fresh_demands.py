@@ -14,11 +14,11 @@ import numpy as np
 from alloc import AllocError, Vehicle, build, catalogue, list_vehicles, load_vehicle
 from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray
 from alloc.formulations import Family
-from alloc.reach.volumes import uniform_demands
 from bench.demands import build_demands
 from bench.demands.strong import strong_vehicle, unasked_weak_axes
-from bench.judging.capability import N_DEMANDS, limit_wrenches, worst_loss
+from bench.judging.capability import N_DEMANDS, even_demands, limit_wrenches
 from bench.judging.loss import gets_nothing
+from bench.judging.worst import worst_loss
 from bench.results.text import percent, three
 
 FRESH = 100_000
@@ -29,12 +29,6 @@ METHODS = [
     for entry in catalogue()
     if not entry.foreign and not entry.missing and entry.family != Family.SOFT and entry.name not in LEFT_OUT
 ]
-
-
-def even_demands(vehicle: Vehicle, seed: int, n: int) -> FloatArray:
-    """Demands (n, k) drawn evenly from what a vehicle can do, as a run draws them [N, N m]."""
-    strong = strong_vehicle(vehicle)
-    return unasked_weak_axes(vehicle, uniform_demands(strong, np.random.default_rng(seed), n))
 
 
 def failed_sentences(vehicle: Vehicle) -> Iterator[str]:

@@ -66,7 +66,7 @@ function ordered(sizes, loop) {
   return found;
 }
 
-// Whether a longer run may put another first: possible_first of bench/results/size.py and what it calls.
+// Another that a longer run may put first, or second: possible_first of bench/results/size.py, and its neighbours.
 const tenths = (missing) => data.edges.filter((edge) => missing > edge).length;
 const ONES = [0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4]; // bits of a digit of 16
 
@@ -88,8 +88,8 @@ function reading(size, loop, missing, better) {
     if (factor * size.p50 > loop.limit) fit = DOES_NOT_FIT;
     else if (fit === DOES_NOT_FIT) fit = WITHOUT_TAIL;
   }
-  const [, gap, inexact, , tail] = size.usefulness, late = fit > WITHOUT_TAIL ? fit - 1 : better || size.fit > WITHOUT_TAIL ? 0 : tail;
-  return { ...size, p50: null, cpu: factor * median(size), usefulness: [Number(fit > MAY_FIT), gap, inexact, tenths(missing), late], precedence: [...size.precedence.slice(0, -1), missing] };
+  const gap = (better ? Math.min : Math.max)(size.gap, size.other_gap ?? size.gap), [, , inexact, , tail] = size.usefulness, late = fit > WITHOUT_TAIL ? fit - 1 : better || size.fit > WITHOUT_TAIL ? 0 : tail;
+  return { ...size, p50: null, cpu: factor * median(size), usefulness: [Number(fit > MAY_FIT), gap, inexact, tenths(missing), late], precedence: [...size.precedence.slice(0, -1), tenths(missing) ? missing : 0] };
 }
 
 function possibleFirst(sizes, loop) {
@@ -103,6 +103,8 @@ function possibleFirst(sizes, loop) {
     return [...rival.missing, ...between].some((missing) => comesFirst(rival, missing));
   });
 }
+
+const others = ([first, ...rest]) => rest.filter((size) => size.method !== first.twin && (first.refusal || !size.refusal));
 
 function bestOfEach(sizes) {
   const seen = new Set();
@@ -119,7 +121,7 @@ function onAll(byMachine, loop) {
     if (there.includes(undefined)) continue;
     const unfit = there.reduce((a, b) => (b.fit > a.fit ? b : a)), refusing = there.reduce((a, b) => (b.refused > a.refused || (b.refused === a.refused && b.refusal > a.refusal) ? b : a));
     const tails = there.map((size) => size.p999), rates = there.map((size) => size.up_to).filter((rate) => rate !== null);
-    const largest = ["refused", "gap", "p50", "cpu", "max", "bound", "memory_MB", "lost"].map((key) => [key, most(there.map((size) => size[key]))]);
+    const largest = ["refused", "gap", "p50", "cpu", "max", "bound", "memory_MB", "lost", "other_gap"].map((key) => [key, most(there.map((size) => size[key]))]);
     found.push({
       ...unfit, ...Object.fromEntries(largest), there, reason: unfit.reason ? `${unfit.machine}: ${unfit.reason}` : "", exact: there.every((size) => size.exact), picky: there.some((size) => size.picky), refusal: refusing.refusal,
       usefulness: worst(there.map((size) => size.usefulness)), precedence: worst(there.map((size) => size.precedence)), missing: worst(there.map((size) => size.missing)), n_even: Math.min(...there.map((size) => size.n_even)), misses: there.every((size) => size.misses === unfit.misses) ? unfit.misses : "",
@@ -164,8 +166,10 @@ function verdict(sizes, vehicle, loop, where) {
   if (first.part) text += `; ${first.part}`;
   const rival = possibleFirst(sizes, loop);
   if (rival) text += `; not decided by so few: ${rival.spoken} may come first`;
-  const other = sizes.slice(1).find((size) => alike(size, first) && size.method !== first.twin && (first.refusal || !size.refusal));
-  return other ? `${text}; ${other.spoken} would do too.` : `${text}.`;
+  const [other] = others(sizes);
+  if (!other || !alike(other, first)) return `${text}.`;
+  const instead = rival ? undefined : possibleFirst(others(sizes), loop);
+  return `${text}; ${other.spoken} would do too${instead ? `, or ${instead.spoken}: not decided by so few` : ""}.`;
 }
 
 const percent = (share) => (share === null ? "" : `${three(100 * share)} %`);

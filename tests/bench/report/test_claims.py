@@ -16,7 +16,8 @@ from rich.console import Console
 from alloc import build, list_vehicles, load_vehicle
 from alloc.allocation import WRENCH_TOLERANCE
 from alloc.reach.volumes import uniform_demands
-from bench.judging.capability import limit_wrenches, worst_loss
+from bench.judging.capability import limit_wrenches
+from bench.judging.worst import worst_loss
 from bench.record import PACKED, FailureCost, Judged, Key, Line, MixerCost
 from bench.report.claims import CLAIMS, SetClaim
 from bench.report.page import details, page

@@ -1,5 +1,6 @@
 """``thrustbench size``: a verdict from measured times, and an order with the method to take first."""
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,17 @@ from bench.record import Batch, Cell, Judged, Key, Loss, Method
 from bench.record.file import CanaryError, CanaryFile, read_canary
 from bench.results.ranking import served_share
 from bench.results.rows import Run, read_run
-from bench.results.size import CLOSE, Fit, Loop, Size, judge_times, possible_first, rank_sizes
+from bench.results.size import (
+    CLOSE,
+    Fit,
+    Loop,
+    Size,
+    judge_times,
+    possible_first,
+    possible_second,
+    rank_sizes,
+    second_size,
+)
 from bench.results.sizing import Transfer, sizes, transfer
 from tests import made_up
 
@@ -297,6 +308,63 @@ def test_what_is_missed_is_counted_on_the_demands_drawn_evenly_for_each_form_of_
         0.5: (0.25, 2000, 0.0, ""),
         1.0: (0.25, 2000, 1.0, "some of what can be met"),
     }
+
+
+@pytest.mark.parametrize(
+    ("worst", "much", "expected", "gaps"),
+    [
+        (0.97, 300, 0.4, (0, 2)),  # as many more demands may show one of which nothing is delivered
+        (0.97, 300, 0.04, (0, None)),
+        (1.01, 300, 0.4, (2, None)),  # what was seen stays seen
+        (0.97, 980, 0.0, (0, 2)),  # half, give or take 45
+        (0.97, 1020, 0.0, (2, 0)),
+        (0.97, 1100, 0.4, (2, None)),
+        (0.97, None, None, (0, None)),  # an older record
+    ],
+)
+def test_a_rule_near_what_condemns_it_may_be_condemned_by_more_demands(
+    worst: float, much: int | None, expected: float | None, gaps: tuple[int, int | None], tmp_path: Path
+) -> None:
+    even = made_up.loss(2000, worst, missed_much=much, nothing_expected=expected)
+    can = made_up.capability(served=[made_up.served("clip", 1000, 2000, sample=even)])
+    cell = made_up.judge(steady("clip", 1, exact=False), missed_max=0.1, loss={"within_1pct_share": 0.5})
+    (size,) = sizes(made_up.run(tmp_path, made_up.problem("ukwial"), can, cell), HUNDRED_HZ)
+    assert (size.gap, size.other_gap) == gaps
+
+
+def test_a_first_choice_is_open_where_it_alone_may_be_condemned() -> None:
+    first, other = (made_size(name, us, exact=False, missing=0.3) for name, us in (("near", 2), ("far", 9)))
+    assert possible_first([first, other], FAST) is None
+    assert possible_first([dataclasses.replace(first, other_gap=2), other], FAST) is not None
+    assert possible_first([first, dataclasses.replace(other, other_gap=2)], FAST) is None
+
+
+def test_a_second_choice_is_open_by_the_rule_of_the_first() -> None:
+    ranked = [made_size(name, us, exact=False, missing=0.3) for name, us in (("a", 2), ("b", 4), ("c", 9))]
+    assert second_size(ranked) is ranked[1]
+    assert possible_second(ranked, FAST) is None
+    ranked[1] = dataclasses.replace(ranked[1], other_gap=2)
+    assert possible_first(ranked, FAST) is None
+    instead = possible_second(ranked, FAST)
+    assert instead is ranked[2]
+    assert possible_second(ranked[:2], FAST) is None
+
+
+@pytest.mark.parametrize("missed", [False, True])
+def test_c_of_the_library_is_exact_where_its_method_in_python_is(missed: bool, tmp_path: Path) -> None:
+    """On a vehicle with weak directions scaled missed some of what can be met, and its C was called exact."""
+    library = Method(name="scaled@library", formulation="scaled", foreign=True)
+    can = made_up.capability(served=[made_up.served("scaled", 1500 if missed else 2000, 2000)])
+    cell = replace(steady("scaled@library", 1, exact=True), formulation="scaled")
+    lines = [Method(name="scaled", formulation="scaled"), library, made_up.problem("ukwial"), can, cell]
+    (size,) = sizes(made_up.run(tmp_path, *lines), HUNDRED_HZ)
+    assert size.exact == (not missed)
+    assert size.missing == 0.25 * missed
+
+
+def test_a_program_whose_command_has_an_at_sign_has_no_base() -> None:
+    assert Method(name="exec:ssh pi@board ./mine", plugin=True).base == "exec:ssh pi@board ./mine"
+    assert Method(name="scaled@library").base == Method(name="scaled@native", twin="scaled").base == "scaled"
 
 
 def test_what_a_log_asks_counts_beside_what_is_drawn_evenly(tmp_path: Path) -> None:
