@@ -27,6 +27,7 @@ from alloc import Label, NotApplicable, Vehicle, build, list_vehicles, load_vehi
 from alloc.allocation import FloatArray
 from alloc.errors import NotInstalled
 from alloc.files.textfile import write_bytes, write_text
+from alloc.reach.attainable import alpha_range
 from alloc.reach.zonotope import facets
 from bench.demands import DemandSet, build_demands, labelled, list_demands
 from bench.demands.surveys import fail_thrusters, move_poses
@@ -39,12 +40,12 @@ DECIMALS = 12, 6
 """Digits kept of T, and of demands [N, N m] and limits [N]: rounding differs in digits beyond these."""
 COUNT = 50
 """Demands of each sequence, unless asked for others."""
-LEFT_OUT = ("jolts", "slew")
-"""Sets in whose limits thrusts may not all be zero, so that alpha* is no share."""
+LEFT_OUT = ("jolts",)
+"""Set whose limits cross now and then: no vector c proves that."""
 MET = 1 - 1e-12
 """alpha* from which a demand can be met: 1 but for rounding."""
 AT_LIMIT = 1e-9
-"""Distance to a limit that counts as none when multipliers are sought, relative to the largest limit [-]."""
+"""Distance to a limit that counts as none, relative to the largest limit, and of alpha* to 1 [-]."""
 
 Vector = list[float]
 Rows = list[list[float]]
@@ -68,10 +69,14 @@ class ProvenProblem(msgspec.Struct, frozen=True, kw_only=True):
     y: Annotated[Vector | None, Meta(description="k, multipliers of T f = tau: H f = T'y + z")]
     z: Annotated[Vector | None, Meta(description="n, of limits: >= 0 at f_min, <= 0 at f_max, else 0")]
     farkas: Annotated[Vector | None, Meta(description="k, c with c'tau > h(c); null where there is an f")]
-    alpha: Annotated[float | None, Meta(description="alpha*, largest share met; null: tau is 0 [-]")]
+    alpha: Annotated[
+        float | None, Meta(description="alpha*, the largest; null: tau is 0, or there is none [-]")
+    ]
     edge_normal: Annotated[Vector | None, Meta(description="k, c with alpha = h(c) / c'tau")]
     edge_f: Annotated[Vector | None, Meta(description="n, thrusts that make alpha tau [N]")]
-    share: Annotated[float, Meta(description="least of 1 and alpha_strong: what `scaled` delivers [-]")]
+    share: Annotated[
+        float, Meta(description="what `scaled` delivers, <= 1; alpha_strong if limits hold 0 [-]")
+    ]
     alpha_strong: Annotated[float | None, Meta(description="alpha* without weak directions")]
     T_strong: Annotated[Rows | None, Meta(description="k x n without weak directions; null: T")]
     tau_strong: Annotated[Vector | None, Meta(description="k, what tau asks of T_strong; null: tau")]
@@ -120,8 +125,9 @@ def solved(demands: DemandSet, name: str) -> Iterator[ProvenProblem]:
     strong, asked = demands.strong
     weak = strong is not vehicle
     strongly = _edges(strong, asked, demands.alpha, low, high) if weak else hard
-    F = _optima(vehicle, demands.taus, alpha, low, high, hard)
-    labels = demands.labels_for(strong=False)
+    farkas = _farkas(vehicle, demands.taus, low, high)
+    F = _optima(vehicle, demands.taus, low, high, hard)
+    labels, share = demands.labels_for(strong=False), _shares(demands)
     for i, tau in enumerate(demands.taus):
         f = F[i] if np.isfinite(F[i]).all() else None
         y, z = (None, None) if f is None else multipliers(vehicle, f, low[i], high[i])
@@ -140,11 +146,11 @@ def solved(demands: DemandSet, name: str) -> Iterator[ProvenProblem]:
             f=_listed(f),
             y=_listed(y),
             z=_listed(z),
-            farkas=_listed(hard.normals[i] if f is None else None),
+            farkas=_listed(farkas[i] if f is None else None),
             alpha=_finite(alpha[i]),
             edge_normal=_listed(hard.normals[i]),
             edge_f=_listed(hard.F[i]),
-            share=float(min(1.0, demands.alpha[i])),
+            share=float(share[i]),
             alpha_strong=_finite(demands.alpha[i]),
             T_strong=strong.TP.tolist() if weak else None,
             tau_strong=_listed(asked[i] if weak else None),
@@ -167,11 +173,7 @@ class Edges(NamedTuple):
 
 
 def _edges(vehicle: Vehicle, taus: FloatArray, alpha: FloatArray, low: FloatArray, high: FloatArray) -> Edges:
-    half = facets(vehicle, tuple(vehicle.working.tolist())).half / vehicle.wrench_scale
-    normals = np.vstack([half, -half])
-    along = normals @ vehicle.TP
-    reach = np.maximum(along * low[:, None], along * high[:, None]).sum(axis=2)
-    asked = taus @ normals.T
+    normals, reach, asked = _reaches(vehicle, taus, low, high)
     with np.errstate(divide="ignore", invalid="ignore"):
         off = np.abs(reach - alpha[:, None] * asked) / asked
     found = normals[np.argmin(np.where(asked > 0.0, off, np.inf), axis=1)]
@@ -182,20 +184,43 @@ def _edges(vehicle: Vehicle, taus: FloatArray, alpha: FloatArray, low: FloatArra
     return Edges(np.where(some[:, None], found, np.nan), F)
 
 
+def _reaches(
+    vehicle: Vehicle, taus: FloatArray, low: FloatArray, high: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Facets' normals c (S, k), then h(c) and c'tau (N, S) of each demand."""
+    half = facets(vehicle, tuple(vehicle.working.tolist())).half / vehicle.wrench_scale
+    normals = np.vstack([half, -half])
+    along = normals @ vehicle.TP
+    reach = np.maximum(along * low[:, None], along * high[:, None]).sum(axis=2)
+    return normals, reach, taus @ normals.T
+
+
+def _farkas(vehicle: Vehicle, taus: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Normal (N, k) of the facet beyond which each demand lies farthest."""
+    normals, reach, asked = _reaches(vehicle, taus, low, high)
+    found: FloatArray = normals[np.argmax(asked - reach, axis=1)]
+    return found
+
+
 def _optima(
-    vehicle: Vehicle,
-    taus: FloatArray,
-    alpha: FloatArray,
-    low: FloatArray,
-    high: FloatArray,
-    edges: Edges,
+    vehicle: Vehicle, taus: FloatArray, low: FloatArray, high: FloatArray, edges: Edges
 ) -> FloatArray:
-    """Optima (N, n), NaN where alpha* says that there is none; on the very edge its own thrusts answer."""
+    """Optima (N, n), NaN where alpha says that there is none; on the very edge its own thrusts answer."""
     F = build("nullspace", vehicle).many(taus, low, high)[0]
-    refused = np.isnan(F).any(axis=1) & (alpha >= MET)
+    least, most = alpha_range(vehicle, taus, low, high)
+    refused = np.isnan(F).any(axis=1) & (np.abs(most - 1) <= AT_LIMIT)
     F[refused] = edges.F[refused]
-    F[alpha < MET] = np.nan
+    F[(most < MET) | (least > 1 / MET)] = np.nan
     return F
+
+
+def _shares(demands: DemandSet) -> FloatArray:
+    """Share (N,) that ``scaled`` delivers; by alpha* where thrusts may be zero."""
+    if demands.f_min is None or demands.f_max is None:
+        return np.minimum(1.0, demands.alpha)
+    allocate = build("scaled", demands.vehicle)
+    calls = zip(demands.taus, demands.f_min, demands.f_max, strict=True)
+    return np.array([allocate(*call).share[0] for call in calls])
 
 
 def multipliers(

@@ -26,7 +26,7 @@ from bench.demands.problems import (
 from tests.pages import blocks
 from tests.places import DOCS, ROOT
 
-QUICK = ("active", "boundary", "hard", "inactive", "infeasible")
+QUICK = ("active", "boundary", "hard", "inactive", "infeasible", "slew")
 INPUTS = ("name", "dof", "T", "H", "f_min", "f_max", "tau")
 SURVEYED = vehicles()[-1]
 
@@ -102,10 +102,11 @@ def test_shares_and_alpha_are_those_of_other_ways_to_them(found: list[ProvenProb
     scaled = {vehicle.name: build("scaled", vehicle) for vehicle in (ukwial, SURVEYED)}
     for problem in found:
         if problem.vehicle in scaled:
-            (share,) = scaled[problem.vehicle](problem.tau).share
+            (share,) = scaled[problem.vehicle](problem.tau, problem.f_min, problem.f_max).share
             assert share == pytest.approx(problem.share, abs=1e-9)
         if problem.vehicle == "ukwial" and problem.alpha is not None:
-            assert alpha_max_lp(ukwial, problem.tau) == pytest.approx(problem.alpha, rel=1e-8)
+            limits = np.array(problem.f_min), np.array(problem.f_max)
+            assert alpha_max_lp(ukwial, problem.tau, *limits) == pytest.approx(problem.alpha, rel=1e-8)
 
 
 def test_parquet_and_json_lines_hold_the_same_under_one_schema(
@@ -130,7 +131,7 @@ def test_parquet_and_json_lines_hold_the_same_under_one_schema(
 def test_inputs_are_the_same_bytes_with_another_processor_s_kernels(tmp_path: Path) -> None:
     program = (
         "import sys, msgspec; from bench.demands.problems import *\n"
-        "for v in vehicles():\n for p in problems(v, ('active', 'boundary', 'hard', 'mission'), 10):\n"
+        "for v in vehicles():\n for p in problems(v, ('active', 'boundary', 'hard', 'mission', 'slew'), 9):\n"
         f"  print(msgspec.json.encode([getattr(p, key) for key in {INPUTS}]).decode())"
     )
     printed = [
