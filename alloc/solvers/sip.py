@@ -51,19 +51,22 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     from scipy.sparse import csc_matrix, csr_matrix
 
     qp.refuse_sides("sip")
-    p, m = qp.A.shape
+    m = len(qp.g)
     settings = sip.Settings()
     for path, value in SETTINGS[level].items():
         group, _, key = path.partition(".")
         setattr(getattr(settings, group), key, value)
-    P, A = csc_matrix(qp.H), csr_matrix(qp.A)
-    no_rows, none, order = csr_matrix((0, m)), np.zeros(0), np.arange(m + p, dtype=np.int32)
-    bounded, guess = qp.bounded, np.zeros(m)
+    P, no_rows, none = csc_matrix(qp.H), csr_matrix((0, m)), np.zeros(0)
+    bounded, guess, eye = qp.bounded, np.zeros(m), np.eye(m)
     low, high = qp.lb.copy(), qp.ub.copy()
 
     def solve(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
         low[bounded], high[bounded] = lb, ub
-        model = sip.Solver(P, qp.g, no_rows, none, A, b, low, high, order, settings, TIME_LIMIT_S)
+        still = low == high  # SIP refuses a variable without room: an equation says as much
+        A, right = csr_matrix(np.vstack([qp.A, eye[still]])), np.concatenate([b, low[still]])
+        low[still], high[still] = -np.inf, np.inf
+        order = np.arange(m + len(right), dtype=np.int32)
+        model = sip.Solver(P, qp.g, no_rows, none, A, right, low, high, order, settings, TIME_LIMIT_S)
         result = model.solve(guess)
         status = meaning(STATUS, result.info.exit_status.name, "sip")
         return Answer(np.array(result.x), status, result.info.num_iterations)

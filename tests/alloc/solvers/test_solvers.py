@@ -456,6 +456,18 @@ def test_proxqp_warm_calls_no_attainable_demand_infeasible() -> None:
     assert not (status == Status.INFEASIBLE).any()
 
 
+@pytest.mark.parametrize("name", [n for n in solvers.names() if not solvers.missing(n)])
+def test_a_stuck_thruster_leaves_a_solver_its_answers(name: str) -> None:
+    T = np.array([[1.0, 1.0, 1.0, 0.0], [0.0, 1.0, -1.0, 1.0]])
+    stuck = made_up(T, [-5.0, -5.0, 0.2, -5.0], [5.0, 5.0, 0.2, 5.0])
+    allocate, tau = build(f"qp/{name}", stuck), np.array([2.0, 1.5])
+    y = np.linalg.solve(T @ np.diag([1.0, 1.0, 0.0, 1.0]) @ T.T, tau - 0.2 * T[:, 2])
+    for _ in range(2):
+        answer = allocate(tau)
+        assert answer.status is Status.SOLVED
+        assert np.abs(answer.f - [*(T.T @ y)[:2], 0.2, y[1]]).max() <= allocate.tolerance * stuck.f_scale
+
+
 @pytest.mark.parametrize("start", ["cold", "reused", "warm"])
 def test_daqp_takes_thrusters_whose_limits_leave_them_one_thrust(start: str) -> None:
     allocate = build("qp/daqp", made_up(np.eye(2), [-1.0, 1.0], [2.0, 1.0]), start=start)
