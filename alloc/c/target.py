@@ -34,6 +34,7 @@ class Recipe:
         beyond that of a few dozen terms [-]
     make_for_all : the same for one program of many faults, which ``Program.faults`` names; None where the
         method has none
+    named_only : whether runs leave the method out unless it is named
     """
 
     name: str
@@ -43,6 +44,7 @@ class Recipe:
     meanings: dict[int, str]
     doubt: Callable[[Vehicle, Scalar], float]
     make_for_all: Callable[[Vehicle, Where, Scalar], Program] | None
+    named_only: bool = False
 
     def program(self, vehicle: Vehicle, limits: Where = "fixed", scalar: Scalar = "double") -> Program:
         """The method's program for a vehicle; raises NotApplicable, with the reason, where there is none."""
@@ -90,6 +92,7 @@ def make_recipe(name: str, module: ModuleType) -> Recipe:
         meanings=module.MEANINGS,
         doubt=getattr(module, "doubt", _none),
         make_for_all=getattr(module, "program_for_all", None),
+        named_only=getattr(module, "NAMED_ONLY", False),
     )
 
 

@@ -20,7 +20,7 @@ from alloc.kernels.entry import (
     refuse,
 )
 from alloc.kernels.tolerance import WRENCH_ERROR, computed_error_limit
-from alloc.program import Builder, Expression, Program, Scalar, States, Where, select, size
+from alloc.program import Builder, Expression, Program, Scalar, States, Where, least, most, select, size
 from alloc.program.graph import lifted
 from alloc.program.sums import Terms, product, shared_sums, signed
 from alloc.vehicle import Vehicle
@@ -126,6 +126,15 @@ def makes_tau(builder: Builder, f: dict[int, Expression]) -> Expression:
     return misses_nothing(
         builder, [[*row, (True, unit * tau)] for row, (unit, tau) in zip(made, asked, strict=True)]
     )
+
+
+def sided(value: Expression, above: float, below: float) -> Expression:
+    """A value times ``above`` where it is above zero, times ``below`` elsewhere; both have one sign."""
+    if above == below:
+        return value * above
+    pair = value * above, value * below
+    found: Expression = most(*pair) if above > below else least(*pair)
+    return found
 
 
 def shared_states(vehicle: Vehicle, scalar: Scalar) -> States:

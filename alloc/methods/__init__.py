@@ -47,6 +47,7 @@ class Variant:
     twin : the method whose answers it gives by other means, empty for none
     formulation : which optimum it answers; empty where the module says it
     starts, levels : the starts and accuracy levels it offers; ("-",) where there is no choice
+    named_only : whether runs leave it out unless it is named
     """
 
     key: str
@@ -57,6 +58,7 @@ class Variant:
     formulation: str = ""
     starts: tuple[str, ...] = ("-",)
     levels: tuple[str, ...] = ("-",)
+    named_only: bool = False
 
 
 def by_solver(prefix: str, summary: str) -> dict[str, Variant]:

@@ -147,25 +147,16 @@ def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     refuse(builder, seen, [], exact=False)
     asked: list[Expression] = [builder.graph.constant(0.0)] * len(DOF)
     for axis, tau, up, down in zip(way.axes, builder.tau, way.ahead, way.astern, strict=True):
-        asked[axis] = within(_sided(tau, up, down), -1.0, 1.0).named(f"i{axis}")
+        asked[axis] = within(rules.sided(tau, up, down), -1.0, 1.0).named(f"i{axis}")
     u = _mixed(builder, mixer, asked)
     astern, ahead = mixer.thrust.tolist()
-    x = {i: _sided(u[i], ahead[i], -astern[i]).named(f"x{i}") for i in vehicle.working.tolist()}
+    x = {i: rules.sided(u[i], ahead[i], -astern[i]).named(f"x{i}") for i in vehicle.working.tolist()}
     if builder.limits.at_call:
         x = {i: within(value, astern[i], ahead[i]) for i, value in x.items()}
     f = clamp_thrusts(builder, x, builder.limits)
     met = rules.makes_tau(builder, f)
     builder.compute(met)
     return builder.program(all_thrusters(builder, f), select(met, Status.SOLVED, Status.PARTIAL))
-
-
-def _sided(value: Expression, above: float, below: float) -> Expression:
-    """A value times ``above`` where it is above zero, times ``below`` elsewhere; both have one sign."""
-    if above == below:
-        return value * above
-    pair = value * above, value * below
-    found: Expression = most(*pair) if above > below else least(*pair)
-    return found
 
 
 def _mixed(builder: Builder, mixer: Autopilot, asked: list[Expression]) -> list[Expression]:

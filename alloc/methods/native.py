@@ -18,6 +18,7 @@ def variants() -> dict[str, Variant]:
             missing=missing(),
             twin=each.name,
             formulation=each.formulation,
+            named_only=each.named_only,
         )
         for each in recipes().values()
     }

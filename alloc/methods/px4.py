@@ -6,11 +6,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from alloc.allocation import BoolArray, FloatArray
+from alloc.allocation import BoolArray, FloatArray, Status
 from alloc.closed_forms.balance import balancing_step
 from alloc.closed_forms.saturating import Bounds, Saturating
 from alloc.errors import NotApplicable
 from alloc.formulations.px4 import FORMULATION as ANSWERED
+from alloc.kernels import rules
+from alloc.kernels.entry import TAU, SeenArguments, all_thrusters, clamp_thrusts, refuse
+from alloc.program import Builder, Expression, Program, Scalar, Where, least, most, select, size, within
+from alloc.program.sums import product, shared_sums, signed
 from alloc.vehicle import Vehicle
 from alloc.vehicle.autopilot import PX4_FRAMES, SENSE, px4_coefficients
 from alloc.vehicle.frame import turned
@@ -18,6 +22,8 @@ from alloc.vehicle.geometry import DOF
 from alloc.vehicle.limits import Interval
 
 FORMULATION = ANSWERED.name
+MEANINGS = rules.MEANINGS
+doubt = rules.doubt
 NAMED_ONLY = True  # what PX4 does with any vehicle: of interest to who flies it
 
 FORCES, ROLL, PITCH, YAW, HEAVE = slice(0, 3), 3, 4, 5, 2
@@ -210,3 +216,76 @@ def unallocated(mixing: Mixing, asked: FloatArray, u: FloatArray) -> FloatArray:
     """(6,) setpoints that PX4 reports as not allocated by outputs u (n,) (control_allocator_status)."""
     left: FloatArray = asked - (mixing.effectiveness @ u) * mixing.scales
     return left
+
+
+def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
+    """The same for a demand within any limits: at most ten balancing steps, whatever is asked."""
+    mixing, unit, ends = _limited_mixing(vehicle)
+    low, high = (side.tolist() for side in _rated(vehicle))
+    builder = Builder(vehicle, limits, scalar)
+    seen = SeenArguments([(TAU, j) for j in range(vehicle.k)], builder)
+    seen.add(vehicle.working.tolist(), "0")
+    refuse(builder, seen, [], exact=False)
+    u, x = _outputs(builder, mixing, unit, ends), {}
+    for i in vehicle.working.tolist():
+        cut = within(u[i], *ends[i])
+        kept = select(size(cut) < STOPPED, 0.0, cut).named(f"u{i}")
+        x[i] = rules.sided(kept, high[i], -low[i] if ends[i][0] else high[i]).named(f"x{i}")
+    f = clamp_thrusts(builder, x, builder.limits)
+    met = rules.makes_tau(builder, f)
+    builder.compute(met)
+    return builder.program(all_thrusters(builder, f), select(met, Status.SOLVED, Status.PARTIAL))
+
+
+def _outputs(builder: Builder, mixing: Mixing, unit: float, ends: Limits) -> list[Expression]:
+    """Outputs of the demand, not yet cut, as ``_rule`` has them."""
+    vehicle, mixer, graph = builder.vehicle, builder.vehicle.autopilot, builder.graph
+    axes = [DOF.index(axis) for axis in vehicle.dof]
+    sense = np.ones(vehicle.k) if vehicle.frame == "frd" else turned(np.ones(vehicle.k), vehicle.dof)
+    of_tau = mixing.mix[:, axes] * mixing.scales[axes] * sense / unit
+    plain = mixer is not None and mixer.frame == PX4_FRAMES["pseudoinverse"]
+    airmode = 0 if mixer is None else mixer.airmode
+    last = [] if plain or airmode == 2 or "yaw" not in vehicle.dof else [vehicle.dof.index("yaw")]
+    first = of_tau.copy()
+    first[:, last] = 0.0
+    u = [signed(row, graph) for row in shared_sums(product(first, builder.tau, "p").rows, "w")[1]]
+    if plain:
+        return u
+
+    def give_way(u: list[Expression], axis: int, limits: Limits = ends, up: bool = False) -> list[Expression]:
+        return _moved(builder, u, mixing.mix[:, axis].tolist(), limits, only_up=up)
+
+    u = give_way(u, HEAVE, up=airmode == 0)
+    if airmode == 2:
+        return give_way(u, YAW)
+    for axis in (ROLL, PITCH) if airmode == 0 else ():
+        u = give_way(u, axis)
+    for j in last:
+        u = _along(u, of_tau[:, j].tolist(), builder.tau[j])
+    u = give_way(u, YAW, [(low, high + YAW_MARGIN * (high - low)) for low, high in ends])
+    return give_way(u, HEAVE, up=True)
+
+
+def _moved(
+    builder: Builder, u: list[Expression], column: list[float], limits: Limits, *, only_up: bool
+) -> list[Expression]:
+    """The same of ``_giving_way`` in a program."""
+    if not any(abs(c) > WEAK for c in column):
+        return u
+    first = _balanced(u, column, limits)
+    builder.compute(first)
+    moved = _along(u, column, most(first, 0.0) if only_up else first)
+    half = 0.5 * _balanced(moved, column, limits)
+    return _along(moved, column, select(first < 0.0, 0.0, half) if only_up else half)
+
+
+def _balanced(u: list[Expression], column: list[float], limits: Limits) -> Expression:
+    """The balancing step in a program, along a column that some output gives way to."""
+    beside = zip(u, column, limits, strict=True)
+    steps = [(within(value, *ends) - value) * (1.0 / c) for value, c, ends in beside if abs(c) > WEAK]
+    found: Expression = least(*steps, 0.0) + most(*steps, 0.0)
+    return found
+
+
+def _along(u: list[Expression], column: list[float], step: Expression) -> list[Expression]:
+    return [value + c * step if c else value for value, c in zip(u, column, strict=True)]

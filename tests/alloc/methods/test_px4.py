@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from alloc import NotApplicable, Status, Vehicle, build, load_vehicle
+from alloc.c import missing
+from alloc.discovery import find
 from alloc.methods.px4 import DOF, Mixing, desaturated, make_mixing, stop_small, unallocated, unit_outputs
 from alloc.vehicle.autopilot import AIRMODES, make_autopilot, mixer_frame
 from alloc.vehicle.frame import turned
@@ -262,6 +264,28 @@ def test_with_airmode_a_push_up_keeps_the_roll_that_a_push_down_costs_without() 
         made[airmode] = vehicle.T @ build("px4", there)(tau).f
     assert made[1][3] > 1.3 * made[0][3]
     assert made[1][2] < made[0][2]
+
+
+@pytest.mark.skipif(bool(missing()), reason=missing() or "-")
+@pytest.mark.parametrize(
+    ("method", "airmode"), [*(("automatic", mode) for mode in AIRMODES), ("pseudoinverse", 0)]
+)
+def test_its_c_answers_as_python_does(method: str, airmode: int, rng: np.random.Generator) -> None:
+    whole = with_key("bluerov2", method, airmode)  # in flu, without pitch
+    ends = np.sort(rng.uniform(-40, 40, (2, 500, whole.n)), axis=0)
+    for vehicle in (whole, whole.with_fault(1)):
+        taus = rng.normal(size=(500, 5)) * vehicle.wrench_scale * rng.choice([0.02, 0.3, 1.0], (500, 1))
+        for limits in ((), tuple(ends)):
+            (F, status), (G, other) = (
+                build(name, vehicle).many(taus, *limits) for name in ("px4", "px4@native")
+            )
+            np.testing.assert_allclose(F, G, rtol=0, atol=1e-11)
+            np.testing.assert_array_equal(status, other)
+
+
+def test_runs_leave_it_and_its_c_out_unless_they_are_named() -> None:
+    assert all(find(name).named_only for name in ("px4", "px4@native"))
+    assert not find("clip@native").named_only
 
 
 def test_ca_method_0_cuts_the_pseudoinverse_s_outputs_and_nothing_gives_way() -> None:
