@@ -44,13 +44,13 @@ QUADRATIC = np.array([141.0, 217.0, 190.0, 1.19, 0.47, 1.5])
 """(6,) quadratic damping [N s^2/m^2, N m s^2]."""
 
 
-def resistance(v: FloatArray) -> FloatArray:
+def resistance(v: FloatArray, masses: FloatArray = M) -> FloatArray:
     """C(v) v + (D + Dq |v|) v of a velocity (6,) relative to the water [N, N m].
 
-    M is diagonal, so C(v) v takes Kirchhoff's form: w x (M1 u); w x (M2 w) + u x (M1 u).
+    M = diag(``masses``), so C(v) v takes Kirchhoff's form: w x (M1 u); w x (M2 w) + u x (M1 u).
     """
     u, w = v[:3], v[3:]
-    momentum, spin = M[:3] * u, M[3:] * w
+    momentum, spin = masses[:3] * u, masses[3:] * w
     turning = np.concatenate([cross(w, momentum), cross(w, spin) + cross(u, momentum)])
     total: FloatArray = turning + (LINEAR + QUADRATIC * np.abs(v)) * v
     return total
@@ -182,20 +182,26 @@ def move(vehicle: Vehicle, axis: str, metres: float, n: int, act: Act) -> Flight
     """Simulate n demands of a move along one axis, from rest, in still water.
 
     A newton of the vehicle is one on the body here: shares of what axes reach would enlarge what a move along
-    one axis makes on another.
+    one axis makes on another. The body has the vehicle's ``inertia`` where its file says one; damping, weight
+    and buoyancy are the BlueROV2 Heavy's.
     """
     still = Surroundings(np.zeros((n, 6)), np.zeros((n, 3)), np.zeros((n, 6)))
     still.setpoints[:, DOF.index(axis)] = metres
-    return follow(vehicle, still, [act] * n, ways_of_the_body(vehicle))
+    masses = M if vehicle.inertia is None else vehicle.inertia
+    return follow(vehicle, still, [act] * n, ways_of_the_body(vehicle), masses)
 
 
 def follow(
-    vehicle: Vehicle, surroundings: Surroundings, acts: Sequence[Act], per_newton: FloatArray
+    vehicle: Vehicle,
+    surroundings: Surroundings,
+    acts: Sequence[Act],
+    per_newton: FloatArray,
+    masses: FloatArray = M,
 ) -> Flight:
     """Simulate the body and its autopilot from rest at the origin.
 
     ``acts`` has what acts at each demand in turn; ``per_newton`` (k,) is the wrench on the body for 1 N or
-    1 N m on each axis of the vehicle.
+    1 N m on each axis of the vehicle; ``masses`` (6,) the body's, with what the water adds [kg, kg m^2].
     """
     axes = [DOF.index(axis) for axis in vehicle.dof]
     free = np.isin(np.arange(6), axes)
@@ -209,7 +215,7 @@ def follow(
         error = setpoints[i] - pose
         error[3:] = (error[3:] + np.pi) % (2 * np.pi) - np.pi
         error[:3] = R.T @ error[:3]
-        wish = M * STIFFNESS * (STIFFNESS * (error + integral) - 2 * DAMPING * (v + noise[i])) + g
+        wish = masses * STIFFNESS * (STIFFNESS * (error + integral) - 2 * DAMPING * (v + noise[i])) + g
         tau = np.clip(wish[axes] / per_newton, backward, forward)
         taus[i], poses[i] = tau, pose
         acting = act(tau)
@@ -220,7 +226,7 @@ def follow(
             integral += INTEGRAL * error / RATE_HZ
         relative = v.copy()
         relative[:3] -= R.T @ current[i]
-        v = v + free * (wrench - resistance(relative) - g) / M / RATE_HZ
+        v = v + free * (wrench - resistance(relative, masses) - g) / masses / RATE_HZ
         pose = pose + free * np.concatenate([R @ v[:3], euler_rates(pose[3:], v[3:])]) / RATE_HZ
     return Flight(taus, poses, setpoints[:n])
 

@@ -46,6 +46,7 @@ def mixer_cost(vehicle: Vehicle, taus: FloatArray) -> MixerCost | None:
         missed=[rounded(share) for share in missed[worst].tolist()],
         moves=list(simulate_moves(vehicle, *allocators)),
         move_m=MOVE_M,
+        own_inertia=vehicle.inertia is not None,
     )
 
 

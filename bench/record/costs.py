@@ -222,6 +222,7 @@ class MixerCost(msgspec.Struct, kw_only=True):
         them [N, N m]
     missed : (m,) share of each demand's wrench that is not delivered [-]
     moves : moves of ``move_m`` metres; empty in older records
+    own_inertia : whether the moved body has the vehicle's inertia, else a BlueROV2 Heavy's
     """
 
     method: str
@@ -236,6 +237,7 @@ class MixerCost(msgspec.Struct, kw_only=True):
     missed: list[float]
     moves: list[Move] = []
     move_m: float = 3.0
+    own_inertia: bool = False
 
     def __post_init__(self) -> None:
         """Raise ValueError, which the reader names with its line, where a demand lacks its wrench."""

@@ -41,11 +41,18 @@ def _vehicle(capability: Capability, cost: MixerCost) -> list[str]:
     ]
 
 
+def _body(cost: MixerCost) -> str:
+    """The body that is moved, in words."""
+    if cost.own_inertia:
+        return "this vehicle's inertia and a BlueROV2 Heavy's damping, weight and buoyancy"
+    return "a BlueROV2 Heavy's body, for want of 'inertia' in the file,"
+
+
 def _moves(cost: MixerCost) -> list[str]:
     if not cost.moves:
         return []
     return [
-        f"Moves of {cost.move_m:g} m from rest, simulated with a BlueROV2 Heavy's body in still water while a"
+        f"Moves of {cost.move_m:g} m from rest, simulated with {_body(cost)} in still water while a"
         " controller holds the other axes: distance off the line, and turn, of the worse way:\n",
         table(
             [

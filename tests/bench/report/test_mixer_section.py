@@ -82,6 +82,21 @@ def test_moves_stray_with_the_mixer_where_its_factors_couple_axes_and_not_with_t
     ]
 
 
+@pytest.mark.parametrize(
+    ("own", "says"),
+    [
+        (True, "with this vehicle's inertia and a BlueROV2 Heavy's damping, weight and buoyancy in still"),
+        (False, "with a BlueROV2 Heavy's body, for want of 'inertia' in the file, in still water"),
+    ],
+)
+def test_the_moved_body_is_named(
+    own: bool, says: str, tmp_path: Path, measured: Capability, cost: MixerCost
+) -> None:
+    assert not cost.own_inertia  # bluerov2's file says none
+    moved = msgspec.structs.replace(measured, mixer=msgspec.structs.replace(cost, own_inertia=own))
+    assert says in mixer(run_with(tmp_path, moved), frozenset())
+
+
 def test_a_vehicle_without_an_autopilot_has_no_such_section(tmp_path: Path) -> None:
     (capability,) = measure_capabilities([load_vehicle("ukwial")], ["pinv"], 0, ask_here, 60)
     assert capability.mixer is None
