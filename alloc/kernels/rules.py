@@ -131,7 +131,7 @@ def makes_tau(builder: Builder, f: dict[int, Expression]) -> Expression:
 def sided(value: Expression, above: float, below: float) -> Expression:
     """A value times ``above`` where it is above zero, times ``below`` elsewhere; both have one sign."""
     if above == below:
-        return value * above
+        return above * value
     pair = value * above, value * below
     found: Expression = most(*pair) if above > below else least(*pair)
     return found

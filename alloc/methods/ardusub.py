@@ -145,12 +145,15 @@ def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     seen = SeenArguments([(TAU, j) for j in range(vehicle.k)], builder)
     seen.add(vehicle.working.tolist(), "0")
     refuse(builder, seen, [], exact=False)
+    alike = np.unique(np.abs(mixer.thrust))
+    full = float(alike[0]) if len(alike) == 1 and alike[0] > 0 else 1.0  # inputs in N save a product each
     asked: list[Expression] = [builder.graph.constant(0.0)] * len(DOF)
     for axis, tau, up, down in zip(way.axes, builder.tau, way.ahead, way.astern, strict=True):
-        asked[axis] = within(rules.sided(tau, up, down), -1.0, 1.0).named(f"i{axis}")
-    u = _mixed(builder, mixer, asked)
-    astern, ahead = mixer.thrust.tolist()
+        asked[axis] = within(rules.sided(tau, up * full, down * full), -full, full).named(f"i{axis}")
+    u = _mixed(builder, mixer, asked, full)
+    astern, ahead = (mixer.thrust / full).tolist()
     x = {i: rules.sided(u[i], ahead[i], -astern[i]).named(f"x{i}") for i in vehicle.working.tolist()}
+    astern, ahead = mixer.thrust.tolist()
     if builder.limits.at_call:
         x = {i: within(value, astern[i], ahead[i]) for i, value in x.items()}
     f = clamp_thrusts(builder, x, builder.limits)
@@ -159,17 +162,17 @@ def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     return builder.program(all_thrusters(builder, f), select(met, Status.SOLVED, Status.PARTIAL))
 
 
-def _mixed(builder: Builder, mixer: Autopilot, asked: list[Expression]) -> list[Expression]:
-    """Outputs of inputs, not yet cut at 1."""
+def _mixed(builder: Builder, mixer: Autopilot, asked: list[Expression], full: float) -> list[Expression]:
+    """Outputs of inputs, not yet cut; ``full`` stands for 1 of both."""
     B, graph = mixer.factors, builder.graph
     if mixer.frame != "VECTORED_6DOF":
-        return [signed(row, graph) for row in _tempered(builder, mixer, asked)]
+        return [signed(row, graph) for row in _tempered(builder, mixer, asked, full)]
     total: list[list[Expression]] = [[] for _ in B]
     for name, part in (("up", UPWARDS), ("level", LEVEL)):
         _, rows = shared_sums(product(B[:, part], [asked[axis] for axis in part], name).rows, name)
         sums = {i: signed(row, graph) for i, row in enumerate(rows) if row}
-        load = most(*(size(value) for value in sums.values()), 1.0)
-        share = (1.0 / load).named(f"share_{name}")
+        load = most(*(size(value) for value in sums.values()), full)
+        share = (full / load).named(f"share_{name}")
         builder.compute(share)
         for i, value in sums.items():
             total[i].append(share * value)
@@ -177,13 +180,13 @@ def _mixed(builder: Builder, mixer: Autopilot, asked: list[Expression]) -> list[
 
 
 def _tempered(
-    builder: Builder, mixer: Autopilot, asked: list[Expression]
+    builder: Builder, mixer: Autopilot, asked: list[Expression], full: float
 ) -> list[list[tuple[bool, Expression]]]:
     """Rows of the sum of factors times inputs, with less forward for the motors that give way to throttle."""
     B = mixer.factors
     if mixer.frame != "VECTORED":
         return shared_sums(product(B, asked, "p").rows, "w")[1]
-    left = most(1.0 - mixer.coupling * size(asked[THROTTLE]), 0.0).named("left")
+    left = most(full - mixer.coupling * size(asked[THROTTLE]), 0.0).named("left")
     forward = asked[FORWARD]
     front, rear = most(forward, -left).named("front"), least(forward, left).named("rear")
     columns = [*asked, front, rear]
