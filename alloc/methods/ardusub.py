@@ -55,8 +55,11 @@ def build(vehicle: Vehicle) -> Saturating:
 
     After AP_Motors6DOF; ``alloc.vehicle.autopilot`` names the commit. An input is the demand along its axis
     over what input 1 makes there on this geometry, or over the user's gain, cut at 1. Thrust is linear in an
-    output, from f_min at -1 to f_max at 1. Neither a failed thruster nor limits of the call change one;
-    thrusts are cut at them. Raises NotApplicable where the vehicle has no ``autopilot``.
+    output, from f_min at -1 to f_max at 1, also where the vehicle has an ``esc``: the firmware's pulse is
+    linear in the output, and control loops make up for what the curve makes of it; without them a mixer
+    would be blamed for its propellers. ``Vehicle.commands`` inverts the curve behind every method. Neither a
+    failed thruster nor limits of the call change an output; thrusts are cut at them. Raises NotApplicable
+    where the vehicle has no ``autopilot``.
     """
     mixer, way = find_mixer(vehicle), find_inputs(vehicle)
     ready = vehicle.readiness != 0

@@ -48,6 +48,13 @@ def test_the_turn_in_the_prose_is_that_of_the_simulated_move(tmp_path: Path) -> 
     assert (move.axis, *move.turned_deg) == ("surge", *map(float, found.groups()))
 
 
+def test_the_thrust_at_half_an_output_is_that_of_the_pulse_half_way_to_the_end() -> None:
+    (half, whole) = re.findall(r"makes ([\d.]+) of ([\d.]+) N at 16 V", PAGE.read_text(encoding="utf-8"))[0]
+    heavy = load_vehicle("bluerov2-heavy")
+    made = heavy.thrusts([[1700] * 8, [1900] * 8], 16.0)[:, 0]
+    assert made == pytest.approx([float(half), float(whole)], abs=0.05)
+
+
 def test_the_two_couplings_in_the_prose_are_those_of_the_table(tmp_path: Path) -> None:
     saved(PAGE, tmp_path)
     vehicle = load_vehicle(tmp_path / "payload.yaml")
