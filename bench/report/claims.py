@@ -57,12 +57,29 @@ CLAIMS = (
         "FailureCost.n_demands",
     ),
     SetClaim(
-        r"your autopilot .* delivers [\d.]+ % of what your thrusters can do .* exact answer .* all",
+        r"The exact answer \(.*\) delivers all [\d,]+ that were drawn",
         DRAWN,
-        "shares within 1 %",
+        "share within 1 %",
         "MixerCost.n_demands",
     ),
-    SetClaim(r"demands drawn evenly it costs most", DRAWN, "largest losses", "MixerCost.n_demands"),
+    SetClaim(r"drawn evenly the autopilot costs most", DRAWN, "largest losses", "MixerCost.n_demands"),
+    SetClaim(
+        r"less than [\d.]+ % of all such demands|Of all such demands less than",
+        "all that the demands were drawn from",
+        "share beyond the worst of n: 10 / n, with a chance of 0.005 % of more",
+        "n_demands of the worst",
+    ),
+    SetClaim(
+        r"not decided by so few", f"{DRAWN}, and all timed calls", "intervals", "Size.n_even, Batch.calls"
+    ),
+    SetClaim(
+        r"the cap leaves .* Delivered, over", "directions drawn evenly", "medians", "FuseCost.n_demands"
+    ),
+    SetClaim(
+        r"Thrusts within limits make at most", "all thrusts within limits", "bound", "Problem.weak_bound_N"
+    ),
+    SetClaim(r"labels and losses are of all that counts", "a row's demands", "strong part", "Problem.weak"),
+    SetClaim(r": weak: \w+", "all wrenches along an axis", "authority", "Problem.weak"),
     SetClaim(
         r"n the \d+ demands asked.* up to", "each vehicle's first set, and logs", "largest loss", "n_demands"
     ),

@@ -37,6 +37,17 @@ def percent(share: float | None) -> str:
     return "" if share is None else f"{three(100 * share)} %"
 
 
+RARE = 10.0
+"""Number of n draws that a share RARE / n of a set has in the mean: that all n miss it has a chance of
+exp(-RARE), 0.005 %."""
+
+
+def rarity(n: int) -> str:
+    """Share of a set that may be worse than the worst of n drawn from it: ``less than 0.5 %``."""
+    share = f"{100 * min(RARE / n, 1.0):.2g}"
+    return f"less than {float(share):g} %"
+
+
 def number_range(values: Iterable[float | None], to: str = " to ") -> str:
     """``1.20`` or ``1.20 to 3.40``: least and largest of the values that are not None, empty without any."""
     known = [value for value in values if value is not None]

@@ -3,7 +3,7 @@
 from alloc.vehicle.geometry import unit
 from bench.record import Capability, FuseCost, FuseWay
 from bench.results.rows import Run
-from bench.results.text import percent, plain, table, three
+from bench.results.text import percent, plain, rarity, table, three
 
 FUSE = """## What the fuse costs
 
@@ -37,6 +37,7 @@ def _vehicle(capability: Capability, cost: FuseCost) -> list[str]:
                 for way in cost.ways
             ],
         ),
+        f"Worst of {cost.n_demands:,} drawn; {rarity(cost.n_demands)} of all such demands are worse.\n",
         table(headers, [[way.way, *_ends(way)] for way in cost.ways]),
         *_mission(cost),
         *(f"Energy of {power.demands}, {three(power.seconds)} s: {power.words}.\n" for power in cost.powers),

@@ -40,7 +40,7 @@ from bench.results.ranking import (
 )
 from bench.results.rows import Run, served_count
 from bench.results.sizing import sized_methods
-from bench.results.text import number_range, plain, plural, table, three
+from bench.results.text import number_range, plain, plural, rarity, table, three
 
 
 def opening(run: Run, drawn: frozenset[str]) -> str:
@@ -129,13 +129,13 @@ def _cost(run: Run) -> str:
     )
     comparisons = [_ratio_sentence(over[m], words) for m, words in CLOSED_FORMS.items() if over[m]]
     if comparisons:
-        text += f"; that is {' and '.join(comparisons)}, which know no limits"
+        text += f". That is {'; it is '.join(comparisons)}, which knows no limits"
     if over_solver:
-        text += f"; the fastest QP solver that is as exact {_factor_text(over_solver)}, called through Python"
+        text += f". The fastest QP solver that is as exact {_factor_text(over_solver)}, called through Python"
     if own_clock:
         text += f" ({number_range(own_clock)} % of it by its own clock)"
     if over_c:
-        text += f"; a solver's own C that is as exact {_factor_text(over_c)}"
+        text += f". A solver's own C that is as exact {_factor_text(over_c)}"
     found = [ends for pairs in (*over.values(), over_solver, over_c) if (ends := ratio_interval(pairs))]
     if not found:
         return f"{text}."
@@ -185,24 +185,26 @@ def _loss(run: Run) -> str:
     if served:
         parts.append(
             f"Without limits, f = T* τ serves {number_range(served)} % of what a vehicle can do: that much is"
-            " delivered within 1 %"
+            " delivered within 1 %."
         )
     some = ", some of which no thrusts meet," if hopeless else ""
-    where = f"on the {asked} demands asked{some}"
+    where, beyond = f"On the {asked} demands asked{some}", ""
     worst = [loss for count in counts for loss in (count.sample, count.corners) if loss]
     logs = any(run.is_log(*each) for each in run.main_sets)  # a log's demands matter more than drawn ones
     if not logs and 0 < len(served) == len(counts) and all(count.sample for count in counts):
         lost = [loss.missed_max for loss in worst]
         turned = [loss.turned_max_deg for loss in worst if loss.turned_max_deg is not None]
         where = _drawn_demands_text(counts)
+        beyond = (
+            f"; each is exceeded by {rarity(min(count.n_demands for count in counts))} of all such demands"
+        )
     if turned and max(lost, default=0.0) > SERVED_WITHIN:  # else every demand that was asked is served
         who = "it" if served else "f = T* τ"
         parts.append(
-            f"{where} what {who} delivers, cut at the limits, misses up to {three(100 * max(lost))} % of the"
-            f" wrench and points up to {three(max(turned))}° away"
+            f"{where} {who} misses up to {three(100 * max(lost))} % of the wrench and points up to"
+            f" {three(max(turned))}° away. Thrusts are cut at the limits{beyond}."
         )
-    text = "; ".join(parts)
-    return f"{text[:1].upper()}{text[1:]}." if text else ""
+    return " ".join(parts)
 
 
 def _drawn_demands_text(counts: Sequence[Served]) -> str:
@@ -210,9 +212,9 @@ def _drawn_demands_text(counts: Sequence[Served]) -> str:
     n = max(count.n_demands for count in counts)
     corners = [count.corners for count in counts if count.corners]
     if not corners:
-        return f"at the worst of {n:,} demands drawn evenly from that (its corners are too many)"
+        return f"At the worst of {n:,} demands drawn evenly from that (its corners are too many)"
     which = "its corners" if len(corners) == len(counts) else "its corners, where these are few,"
-    return f"at the worst of {which} and of {n:,} demands drawn evenly from it"
+    return f"At the worst of {which} and of {n:,} demands drawn evenly"
 
 
 def _trust(run: Run) -> str:

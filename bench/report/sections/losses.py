@@ -8,7 +8,7 @@ from bench.results.columns import Row
 from bench.results.quantiles import largest
 from bench.results.ranking import best_rows, largest_loss
 from bench.results.rows import Run, count_answers, served_count
-from bench.results.text import drop_rounding, percent, plain, table, three
+from bench.results.text import drop_rounding, percent, plain, rarity, table, three
 
 LOSSES = """## What you lose
 
@@ -100,6 +100,7 @@ def lossless_notes(run: Run, vehicle: str, lossless: Sequence[Row]) -> list[str]
     n = sum(p.labels.get("inactive", 0) + p.labels.get("active", 0) for p in problems)
     here = f"the {n:,} attainable demands above" if n else "all attainable demands above"
     texts: dict[str, list[str]] = {}
+    n_drawn = 0
     for label, served in counted.items():
         if served is None:
             text = f"Of {here}, the only ones asked, nothing is lost by {{}}."
@@ -109,9 +110,11 @@ def lossless_notes(run: Run, vehicle: str, lossless: Sequence[Row]) -> list[str]
         else:
             drawn = f"of {served.sample.n_demands:,} drawn evenly from what {vehicle} can do"
             text = f"Of {here} and {drawn}, nothing is lost by {{}}."
+            n_drawn = max(n_drawn, served.sample.n_demands)
         if served is None or not has_loss(served):
             texts.setdefault(text, []).append(label)
-    return [f"{plain(text.format(', '.join(labels)))}\n" for text, labels in texts.items()]
+    notes = [f"{plain(text.format(', '.join(labels)))}\n" for text, labels in texts.items()]
+    return [*notes, *([f"They lose part of {rarity(n_drawn)} of all such demands.\n"] if n_drawn else [])]
 
 
 def has_loss(served: Served) -> bool:
@@ -263,9 +266,9 @@ def mission(run: Run, drawn: frozenset[str]) -> str:
         return ""
     title = (
         "## Through a failure\n\n"
-        f"{_flight_length(run)} of waypoints in a current, then as many after the thruster whose loss costs"
-        " most (and no rank, where that can be had) has failed. Each method answers the same demands; one"
-        " without an answer is lost whole.\n"
+        f"{_flight_length(run)} of waypoints in a current, then as many after a failure: of the thruster"
+        " whose loss costs most (and no rank, where that can be had). Each method answers the same demands;"
+        " one without an answer is lost whole.\n"
     )
     return "\n".join([title, *parts])
 

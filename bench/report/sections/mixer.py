@@ -2,7 +2,7 @@
 
 from bench.record import Capability, MixerCost
 from bench.results.rows import Run
-from bench.results.text import drop_rounding, percent, plain, table, wrench_text
+from bench.results.text import drop_rounding, percent, plain, rarity, table, wrench_text
 
 MIXER = """## Your autopilot, and the exact answer
 
@@ -24,12 +24,15 @@ def mixer(run: Run, drawn: frozenset[str]) -> str:
 
 def _vehicle(capability: Capability, cost: MixerCost) -> list[str]:
     whole = cost.exact_served == cost.n_demands
-    exact = "all" if whole else percent(cost.exact_served / cost.n_demands)
+    exact = (
+        f"all {cost.n_demands:,} that were drawn" if whole else percent(cost.exact_served / cost.n_demands)
+    )
     return [
         f"{plain(capability.vehicle)}: your autopilot ({plain(cost.frame)}) delivers"
-        f" {percent(cost.served / cost.n_demands)} of what your thrusters can do within 1 %, and misses"
-        f" {percent(drop_rounding(cost.missed_p50))} of a demand's wrench in the median; the exact answer"
-        f" (`{cost.exact}`) delivers {exact}. Of {cost.n_demands:,} demands drawn evenly it costs most:\n",
+        f" {percent(cost.served / cost.n_demands)} of what your thrusters can do within 1 %. It misses"
+        f" {percent(drop_rounding(cost.missed_p50))} of a demand's wrench in the median."
+        f" The exact answer (`{cost.exact}`) delivers {exact}. Of {cost.n_demands:,} demands drawn evenly the"
+        f" autopilot costs most as follows; {rarity(cost.n_demands)} of all such demands cost more:\n",
         table(
             ["asked", f"{cost.method} makes", "missing"],
             [

@@ -4,7 +4,7 @@ from bench.record import Capability, FailureCost
 from bench.report.pictures import picture
 from bench.results.failures import by_failure, shown_method, thruster_names
 from bench.results.rows import Run
-from bench.results.text import merge_lines, percent, plain, table, three, wrench_text
+from bench.results.text import merge_lines, percent, plain, rarity, table, three, wrench_text
 
 UNANNOUNCED = """## What you lose until you know
 
@@ -79,5 +79,6 @@ def _worst(capability: Capability, method: str) -> str:
     angle = "" if turned is None else f"; some demand is turned by {three(turned)}°"
     return (
         f"Worst of {cost.n_demands:,} demands drawn evenly, with {plain(thruster_names(capability)[i])}"
-        f" {cost.failure} and nobody told: `{method}` delivers {percent(least)} of {demand}{angle}.\n"
+        f" {cost.failure} and nobody told: `{method}` delivers {percent(least)} of {demand}{angle}."
+        f" Of all such demands {rarity(cost.n_demands)} are worse.\n"
     )

@@ -18,7 +18,7 @@ from alloc.allocation import WRENCH_TOLERANCE
 from alloc.reach.volumes import uniform_demands
 from bench.judging.capability import limit_wrenches
 from bench.judging.worst import worst_loss
-from bench.record import PACKED, FailureCost, Judged, Key, Line, MixerCost
+from bench.record import PACKED, FailureCost, FuseCost, FuseWay, Judged, Key, Line, MixerCost
 from bench.report.claims import CLAIMS, SetClaim
 from bench.report.page import details, page
 from bench.report.sizes import page as size_page
@@ -68,6 +68,14 @@ MIXER = MixerCost(
     method="ardusub", frame="SIMPLEROV_4", exact="scaled", n_demands=2000, served=900, exact_served=2000,
     missed_p50=0.1, demands=[[1.0, 0.0, 0.5]], wrenches=[[0.5, 0.0, 0.2]], missed=[0.5],
 )  # fmt: skip
+WEAK = msgspec.structs.replace(problem("ukwial"), weak=["yaw"], weak_bound_N=[2.0])
+FUSE = FuseCost(
+    amps=22.0, volts=12.0, most=137.0, n_demands=100,
+    ways=[FuseWay(way=name, share_p50=0.9, share_min=0.5, amps_p50=1.2, amps_max=1.5,
+                  axis_min=[-3.0, -2.0, -1.0], axis_max=[4.0, 2.0, 1.0]) for name in ("largest", "apart")],
+)  # fmt: skip
+NEARLY = (("clip", 1005, 2000), ("shrink", 998, 2000))
+"""Methods, of 2,000 demands the number served: half of them, but for noise."""
 HALVES = [msgspec.structs.replace(p, demands=name, n_demands=60, rate_hz=100.0, left_out=2940)
           for p, name in ((problem("ukwial"), "mission"), (problem("ukwial-f2", whole="ukwial", fault=2),
                                                           "mission-fault"))]  # fmt: skip
@@ -91,6 +99,10 @@ RUNS: dict[str, list[Line]] = {
     "failures that nobody announces": [problem("ukwial"), lossy("clip", 0.2),
                                        made_up.capability(failure_costs=[COST])],
     "an autopilot": [problem("ukwial"), lossy("clip", 0.2), made_up.capability(mixer=MIXER)],
+    "a cap": [problem("ukwial"), lossy("clip", 0.2), made_up.capability(fuse=FUSE)],
+    "a weak direction": [WEAK, CHOICE],
+    "rules by few demands": [problem("ukwial"), *(lossy(name, 0.2) for name in ("clip", "shrink")),
+                             made_up.capability(served=[made_up.served(*each) for each in NEARLY])],
     "wrong": [problem("ukwial"), lossy("clip", 0.2, wrong="wrench missed", agrees=False),
               cell("qp/gone", status="crashed", reason="signal 11", batches=[], singles=[], judged=None)],
     "flight": [*HALVES, *(cell("clip", key=Key(p.vehicle, p.demands, "clip")) for p in HALVES)],
@@ -175,6 +187,25 @@ def test_each_claim_is_made_of_some_run_and_not_of_another(claim: SetClaim, text
     made = {name for name, text in texts.items() if re.search(claim.sentence, " ".join(text.split()))}
     assert made
     assert made < set(texts)
+
+
+NAMES = re.compile(r"(?:[\w/@-]+(?: (?:cold|reused|warm|tight|as generated C))*, )+")
+"""All names of a list but the last."""
+MOST_WORDS = 30
+
+
+def longest_part(sentence: str) -> int:
+    """Words of the longest part between semicolons and colons; a list of names is a word."""
+    parts = re.split(r"[;:] ", NAMES.sub("", sentence).removeprefix("- "))
+    return max(len(part.split()) for part in parts)
+
+
+@pytest.mark.parametrize("name", [*RUNS, "amd-epyc-2-cores"])
+def test_no_claim_takes_more_words_than_a_reader_keeps(name: str, texts: dict[str, str]) -> None:
+    known = [re.compile(claim.sentence) for claim in CLAIMS]
+    claims = [s for s in sentences(texts[name]) if any(each.search(s) for each in known)]
+    assert [s for s in claims if longest_part(s) > MOST_WORDS] == []
+    assert longest_part("Of a, b and c, so many: " + 31 * "word " + "; end") == MOST_WORDS + 1
 
 
 @pytest.mark.parametrize("n", [3_000, pytest.param(100_000, marks=pytest.mark.long)])
