@@ -10,7 +10,9 @@ OURS = ("CA_AIRFRAME", "CA_METHOD", "MC_AIRMODE", "MC_AIRMODE_LIM", "CA_ROTOR_CO
 """Parameters by which a file is known as PX4's."""
 MOTORS_6DOF = 7
 """CA_AIRFRAME of a vehicle whose motors make all six forces and moments."""
-METHODS = {0: "pseudoinverse", 1: "automatic", 2: "automatic"}
+AUTOMATIC = 2
+"""CA_METHOD that leaves the choice to the airframe."""
+METHODS = {0: "pseudoinverse", 1: "automatic", AUTOMATIC: "automatic"}
 """Allocation by CA_METHOD of such a vehicle: 1 and 2 are the same sequential desaturation."""
 
 
@@ -40,7 +42,7 @@ def px4_settings(given: Mapping[str, float], path: Path) -> Px4Settings:
         raise FileError(
             f"CA_AIRFRAME is {airframe:g}, expected {MOTORS_6DOF}: motors that make all six axes", path=path
         )
-    if (method := given.get("CA_METHOD", 2)) not in METHODS:
+    if (method := given.get("CA_METHOD", AUTOMATIC)) not in METHODS:
         raise FileError(f"CA_METHOD is {method:g}; give 0, 1 or 2", path=path)
     if (limit := given.get("MC_AIRMODE_LIM", 0.0)) != 0.0:
         raise FileError(

@@ -14,10 +14,10 @@ import numpy as np
 
 from alloc import Vehicle
 from alloc.errors import VehicleError
-from alloc.files.px4 import MOTORS_6DOF
+from alloc.files.px4 import AUTOMATIC, MOTORS_6DOF
 from alloc.files.textfile import read_text
 from alloc.vehicle import LARGEST
-from alloc.vehicle.autopilot import px4_coefficients
+from alloc.vehicle.autopilot import PX4_FRAMES, px4_coefficients
 from alloc.vehicle.file import poses, reaction_torques
 from alloc.vehicle.frame import TURN
 from alloc.vehicle.geometry import DOF
@@ -148,6 +148,7 @@ def write(keys: VehicleFile, vehicle: Vehicle) -> str:
         _line("CA_AIRFRAME", MOTORS_6DOF, INT),
         _line("CA_ROTOR_COUNT", vehicle.n, INT),
         _line("CA_R_REV", reversible, INT),
+        *_choices(vehicle),
     ]
     for i, row in enumerate(values.tolist()):
         names = ("PX", "PY", "PZ", "AX", "AY", "AZ", "CT", "KM")
@@ -155,6 +156,15 @@ def write(keys: VehicleFile, vehicle: Vehicle) -> str:
             _line(f"CA_ROTOR{i}_{key}", value + 0.0, FLOAT) for key, value in zip(names, row, strict=True)
         ]
     return "\n".join(lines) + "\n"
+
+
+def _choices(vehicle: Vehicle) -> list[str]:
+    """Lines of how PX4 shall allocate, where it is the vehicle's autopilot."""
+    mixer = vehicle.autopilot
+    if mixer is None or mixer.method != "px4":
+        return []
+    method = AUTOMATIC if mixer.frame == PX4_FRAMES["automatic"] else 0
+    return [_line("CA_METHOD", method, INT), _line("MC_AIRMODE", mixer.airmode, INT)]
 
 
 def _check_writable(keys: VehicleFile, vehicle: Vehicle) -> None:

@@ -10,9 +10,10 @@ import pytest
 from click.testing import CliRunner
 
 from alloc import AllocError, list_vehicles, load_vehicle
+from alloc.lint.autopilot import choose
 from alloc.vehicle.file import build_vehicle, find_file, read_document, suspects
 from alloc.vehicle.geometry import DOF
-from alloc.vehicle.keys import Thruster, VehicleFile, to_yaml
+from alloc.vehicle.keys import AutopilotKeys, Thruster, VehicleFile, to_yaml
 from bench.__main__ import cli
 from bench.inputs.formats import formats, lost_keys
 from tests.foreign_vehicles import LIMITS, imported, vehicle_of
@@ -128,6 +129,18 @@ def test_a_vehicle_exported_to_px4_comes_back_with_the_same_geometry(tmp_path: P
     assert back.f_max.max() <= 100 * (1 + 1e-9)
     np.testing.assert_array_equal(back.f_min < 0, vehicle.f_min < 0)
     assert ("f_min differs" in text) == (not np.allclose(vehicle.f_min, -vehicle.f_max))
+
+
+@pytest.mark.parametrize(
+    "said", [AutopilotKeys(px4="automatic", airmode=2), AutopilotKeys(px4="pseudoinverse")], ids=str
+)
+def test_how_px4_shall_allocate_comes_back_from_the_parameters(said: AutopilotKeys, tmp_path: Path) -> None:
+    keys = read_document(find_file("bluerov2-heavy")).keys
+    keys.autopilot = said
+    file = tmp_path / "rov.params"
+    file.write_text(formats()["px4"].write(keys, build_vehicle(keys)))
+    back = choose(str(file), None)
+    assert (back.px4, back.airmode, len(back.motors)) == (said.px4, said.airmode, 8)
 
 
 def test_px4_gets_positions_from_the_centre_of_mass_and_axes_in_frd(tmp_path: Path) -> None:
