@@ -2,8 +2,8 @@
 
 ``python docs/studies/choices.py [VEHICLES [FIRST]]`` asks each method on all shipped vehicles and on numbered
 generated ones from FIRST on, prints each vehicle where the choices differ and that is not said, and a table.
-A process per core takes about 20 minutes for 200 of them on one core. The longer run also draws other demands
-evenly from what the vehicle can do: no choice may hang on which these were.
+A vehicle takes some seconds of a core. The longer run also draws other demands evenly from what the vehicle
+can do: no choice may hang on which these were.
 Times are not measured: each method takes what it takes in the record of ``results``, so noise of clocks has
 no part. Generated C answers as its twin in Python does, which is asked in its place.
 
@@ -11,6 +11,10 @@ Nearly every vehicle has one method that is better than all others, and a compar
 would show little. So whatever comes first in either run is left out, and the rest compared again, until none
 is left: the later choices are among rules that differ by little. Each choice is also repeated REPEATS times
 with times that differ by noise: where first choices differ, each repeat must say that nothing is decided.
+
+Of all methods on 205 vehicles both choices agree on 203, and 4 are said to be open, the other 2 among them.
+With the best left out, of 2,673 choices both agree in 96.9 %, 8.9 % are said to be open, and 0.9 % differ
+unsaid: most because the longer run did not see a demand, missed whole, that the quick one saw.
 """
 
 import sys
