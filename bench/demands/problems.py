@@ -160,7 +160,7 @@ def solved(demands: DemandSet, name: str) -> Iterator[ProvenProblem]:
 
 
 class Edges(NamedTuple):
-    """Proof of alpha* of N demands, NaN for a demand of zero.
+    """Proof of alpha* of N demands, NaN for a demand of zero and where no multiple can be met.
 
     Attributes
     ----------
