@@ -100,7 +100,6 @@ def lossless_notes(run: Run, vehicle: str, lossless: Sequence[Row]) -> list[str]
     n = sum(p.labels.get("inactive", 0) + p.labels.get("active", 0) for p in problems)
     here = f"the {n:,} attainable demands above" if n else "all attainable demands above"
     texts: dict[str, list[str]] = {}
-    n_drawn = 0
     for label, served in counted.items():
         if served is None:
             text = f"Of {here}, the only ones asked, nothing is lost by {{}}."
@@ -109,12 +108,13 @@ def lossless_notes(run: Run, vehicle: str, lossless: Sequence[Row]) -> list[str]
             text = f"Of {here} nothing is lost, and {drawn}, by {{}}."
         else:
             drawn = f"of {served.sample.n_demands:,} drawn evenly from what {vehicle} can do"
-            text = f"Of {here} and {drawn}, nothing is lost by {{}}."
-            n_drawn = max(n_drawn, served.sample.n_demands)
+            text = (
+                f"Of {here} and {drawn}, nothing is lost by {{}}."
+                f" They lose part of {rarity(served.sample.n_demands)} of all such demands."
+            )
         if served is None or not has_loss(served):
             texts.setdefault(text, []).append(label)
-    notes = [f"{plain(text.format(', '.join(labels)))}\n" for text, labels in texts.items()]
-    return [*notes, *([f"They lose part of {rarity(n_drawn)} of all such demands.\n"] if n_drawn else [])]
+    return [f"{plain(text.format(', '.join(labels)))}\n" for text, labels in texts.items()]
 
 
 def has_loss(served: Served) -> bool:
