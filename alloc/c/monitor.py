@@ -2,10 +2,16 @@
 
 A thruster i that loses the share l of its thrust leaves the residual r = T f - wrench = l f_i T_i. With
 a_i = T_i over the noise of a wrench, and r likewise, running sums over calls with forgetting, s_i of
-f_i a_i . r and d_i of f_i^2 a_i . a_i, give the loss s_i / d_i and the score s_i^2 / d_i, by how much it
-explains the residuals better than noise does. Noise is taken to persist for as long as sums remember, as
-errors of drag do: half the score over MEMORY is a log-likelihood. The thruster with the largest score is the
-most likely one, and the log of its odds against the next, or against no failure, is the difference.
+f_i a_i . r and d_i of f_i^2 a_i . a_i, give the loss s_i / d_i and the score (s_i - SLIGHT d_i)^2 / d_i,
+by how much it explains the residuals better than noise and a SLIGHT loss do. Noise follows itself: with
+rho = exp(-1 / LASTING) of it kept from call to call, a weighted sum of it has at most INFLATION =
+(1 + rho) / (1 - rho) times the variance of independent noise (its power density at zero frequency), so half
+the score over INFLATION is a log-likelihood. The thruster with the largest score is the most likely one, and
+the log of its odds against the next, or against no failure, is the difference.
+
+For a healthy vehicle and thrusts that do not follow the noise, (s_i - SLIGHT d_i) / sqrt(INFLATION d_i) is
+normal, with a mean of at most 0 and a variance of at most 1. So log odds exceed h in one call by chance with
+a probability of at most n Q(sqrt(2 h)), Q the normal tail; the sum over calls bounds accusations in a dive.
 """
 
 from functools import reduce
@@ -25,18 +31,23 @@ from alloc.program.sums import gathered, signed, summed
 from alloc.vehicle import Vehicle
 from alloc.vehicle.geometry import unit
 
-MEMORY = 256
-"""Calls after which a residual counts 1 / e: 5 s at 50 Hz."""
+LASTING = 25
+"""Calls after which noise has 1 / e of itself left: half a second at 50 Hz, about as long as simulated
+vehicles (docs/studies/dives.py) keep an error of drag."""
+MEMORY = 1024
+"""Calls after which a residual counts 1 / e: 20 s at 50 Hz, so that 10 s are little forgotten."""
+SLIGHT = 0.25
+"""Loss of a thruster that steady errors of drag and current may feign; no thruster is accused of less [-]."""
 KEPT = 1.0 - 1.0 / MEMORY
-ACCUSED = 14.0
-"""Log odds from which a thruster is accused: with eight thrusters and noise that is another one each 5 s,
-chance exceeds them less than once in a thousand hours."""
+ACCUSED = 20.0
+"""Log odds from which a thruster is accused: Q(sqrt(40)) = 1.3e-10, so up to 20 thrusters and 100 calls a
+second make less than one false accusation in a thousand hours."""
 NOBODY = -1
 """Answer where no loss of any thruster explains a residual."""
 LEAST = 1.0
 """Added to d_i, which prevents a division by zero; a thruster that shows has thousands [-]."""
-THRUSTS, WRENCHES = 10.0, 100.0
-"""Most thrust and residual that are taken, relative to the largest that limits allow [-]."""
+WRENCHES = 100.0
+"""Most residual that is taken, relative to the largest wrench that limits allow [-]."""
 FINEST = 1e-6
 """Least noise, of the most that thrusters together push on an axis: squares stay within single precision."""
 CASES = 96
@@ -53,29 +64,36 @@ def check_noise(vehicle: Vehicle, noise: FloatArray) -> None:
 
 
 def accusations(
-    vehicle: Vehicle, noise: FloatArray, F: FloatArray, wrenches: FloatArray
+    vehicle: Vehicle, noise: FloatArray, F: FloatArray, wrenches: FloatArray, lasting: float = LASTING
 ) -> tuple[IndexArray, IndexArray, FloatArray]:
     """Statuses (N,) of NAME_monitor for thrusts (N, n) and wrenches (N, k), call by call.
 
-    Then the thruster (N,) that NAME_suspect names behind each, and the log odds (N,).
+    Then the thruster (N,) that NAME_suspect names behind each, and the log odds (N,). Noise lasts ``lasting``
+    calls.
     """
     columns, weights = _columns(vehicle, noise), _weights(vehicle, noise)
-    most_f, most_r = _bounds(vehicle)
+    most = _bound(vehicle)
     push, power = np.zeros((2, vehicle.n))
     status, who = np.zeros((2, len(F)), dtype=np.intp)
     odds = np.zeros(len(F))
     for row, (f, wrench) in enumerate(zip(F, wrenches, strict=True)):
         r = vehicle.TP @ f - wrench
-        if f @ f <= most_f and r @ r <= most_r:
+        if f @ f + r @ r <= most:
             push = KEPT * push + f * (columns.T @ r)
             power = KEPT * power + f * f
         else:
             status[row] = NOT_FINITE
-        scores = np.maximum(push, 0.0) ** 2 / (weights * power + LEAST)
+        sizes = weights * power
+        scores = np.maximum(push - SLIGHT * sizes, 0.0) ** 2 / (sizes + LEAST)
         *_, second, best = np.sort(np.append(scores, 0.0))
         who[row] = int(scores.argmax()) if best > 0.0 else NOBODY
-        odds[row] = (best - second) / (2 * MEMORY)
+        odds[row] = (best - second) / (2 * inflation(lasting))
     return status, who, odds
+
+
+def inflation(lasting: float) -> float:
+    """Variance of sums of noise that lasts so many calls over that of independent noise, at most [-]."""
+    return float(1.0 / np.tanh(0.5 / lasting))
 
 
 def _columns(vehicle: Vehicle, noise: FloatArray) -> FloatArray:
@@ -95,10 +113,9 @@ def _most(vehicle: Vehicle) -> FloatArray:
     return most
 
 
-def _bounds(vehicle: Vehicle) -> tuple[float, float]:
-    """Largest f . f and r . r that are taken."""
-    largest = float(_most(vehicle).max(initial=vehicle.f_scale))
-    return vehicle.n * (THRUSTS * vehicle.f_scale) ** 2, vehicle.k * (WRENCHES * largest) ** 2
+def _bound(vehicle: Vehicle) -> float:
+    """Largest f . f + r . r that is taken, in N and N m."""
+    return vehicle.k * (WRENCHES * float(_most(vehicle).max(initial=vehicle.f_scale))) ** 2
 
 
 def monitor(target: Target, noise: FloatArray) -> dict[str, str]:
@@ -121,8 +138,7 @@ def _watch(vehicle: Vehicle, noise: FloatArray, scalar: Scalar) -> Program:
     r = [(signed(made[j], graph) - felt[j]).named(f"r{j}") for j in k]
     along = summed(_columns(vehicle, noise).T, r, "a")
     squares = [(each * each).named(f"q{i}") for i, each in enumerate(f)]
-    most_f, most_r = _bounds(vehicle)
-    is_usual = (reduce(add, squares) <= most_f) & (reduce(add, [each * each for each in r]) <= most_r)
+    is_usual = reduce(add, [*squares, *(each * each for each in r)]) <= _bound(vehicle)
     builder.refuse(~is_usual, NOT_FINITE)
     builder.compute(*along.shared)
     new = {}
@@ -174,9 +190,10 @@ def _header(target: Target, noise: FloatArray) -> str:
  *
  * log_odds  natural logarithm of its odds against the next thruster, or against no failure
  *
- * Noise of a wrench, one standard deviation, which may persist: {sizes}.
- * A residual counts 1 / e after {MEMORY} calls, 5 s at 50 Hz. Above log_odds {ACCUSED:g} chance accuses
- * less than once in a thousand hours. It accuses and does not switch: tell a person, or the allocator.
+ * Noise of a wrench, one standard deviation: {sizes}.
+ * 1 / e of it is left after {LASTING} calls, half a second at 50 Hz. A residual counts 1 / e after {MEMORY}
+ * calls. Losses below {SLIGHT:g} accuse nobody. Above log_odds {ACCUSED:g} such noise accuses less than once
+ * in a thousand hours at 100 Hz. It accuses and does not switch: tell a person, or the allocator.
  *
  * No heap, no static data that changes, no recursion, no library call, no division by zero; a call takes
  * bounded time. Not for -ffast-math. C99 and later, C++11 and later.
@@ -235,8 +252,10 @@ def _source(target: Target, noise: FloatArray) -> str:
     {scalar} best = {zero}, second = {zero};
     int who = {NOBODY};
     for (int i = 0; i < {vehicle.n}; i++) {{
-        const {scalar} push = state->push[i] > {zero} ? state->push[i] : {zero};
-        const {scalar} score = push * push / (weight[i] * state->power[i] + {number(LEAST, scalar)});
+        const {scalar} size = weight[i] * state->power[i];
+        const {scalar} more = state->push[i] - {number(SLIGHT, scalar)} * size;
+        const {scalar} push = more > {zero} ? more : {zero};
+        const {scalar} score = push * push / (size + {number(LEAST, scalar)});
         if (score > best) {{
             second = best;
             best = score;
@@ -245,7 +264,7 @@ def _source(target: Target, noise: FloatArray) -> str:
             second = score;
         }}
     }}
-    *log_odds = {number(0.5 / MEMORY, scalar)} * (best - second);
+    *log_odds = {number(0.5 / inflation(LASTING), scalar)} * (best - second);
     return who;
 }}
 """

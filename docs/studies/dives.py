@@ -3,8 +3,8 @@
 ``python docs/studies/dives.py [DIVES]`` flies so many dives with each shipped vehicle. Each has the
 BlueROV2's body, scaled by axis to what the vehicle's thrusters push there, drag that is up to 20 % other, and
 a current. Demands wander through what the vehicle can do. Readiness is estimated from thrusts that were told,
-measured accelerations and velocities over the ground; the monitor has the nominal drag and the noise that
-``check --failures`` assumes.
+measured accelerations and velocities over the ground; the monitor has the nominal drag, and noise as
+seen on healthy dives: its standard deviation about its mean, half a second long.
 """
 
 import sys
@@ -16,7 +16,7 @@ import numpy as np
 from alloc import Vehicle, build, list_vehicles, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.c.monitor import ACCUSED, accusations
-from alloc.lint.isolation import assumed_noise, isolation
+from alloc.lint.isolation import isolation
 from alloc.vehicle.geometry import DOF
 from bench.demands.mission import LINEAR, QUADRATIC, M
 from bench.judging.readiness import WINDOW_S, WindowReadiness, coriolis, estimate_readiness
@@ -29,6 +29,8 @@ NOISE = 0.05
 """White noise of accelerations [m/s^2, rad/s^2]; velocities have a tenth [m/s, rad/s]."""
 CURRENT = 0.2
 """Fastest current along each axis [m/s]."""
+LASTING_S = 0.5
+"""Time after which an error of drag has 1 / e of itself left on these dives [s]."""
 SOON = 10.0
 """Time within which a dead thruster is to be named [s]."""
 
@@ -119,15 +121,23 @@ def log_accusations(vehicle: Vehicle, flight: Flight, seconds: float) -> list[li
     ]
 
 
+def residuals(vehicle: Vehicle, flight: Flight, size: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+    """Wrenches (N, k) that each dive felt by the nominal drag, and T f less these."""
+    mass, linear, quadratic = dynamics(vehicle, size)
+    felt = [
+        mass * a + coriolis(vehicle, mass, v) + (linear + quadratic * np.abs(v)) * v
+        for a, v in zip(flight.a, flight.v, strict=True)
+    ]
+    return [(each, f @ vehicle.T.T - each) for f, each in zip(flight.f, felt, strict=True)]
+
+
 def monitor_accusations(
-    vehicle: Vehicle, flight: Flight, size: FloatArray, seconds: float
+    vehicle: Vehicle, noise: FloatArray, flight: Flight, size: FloatArray, seconds: float
 ) -> list[tuple[int, set[int]]]:
     """The monitor's suspect after the first seconds of each dive, and all that it accused in them."""
-    mass, linear, quadratic = dynamics(vehicle, size)
-    rows, noise, found = flight.t < seconds, assumed_noise(vehicle), []
-    for f, a, v in zip(*(each[:, rows] for each in flight[1:]), strict=True):
-        felt = mass * a + coriolis(vehicle, mass, v) + (linear + quadratic * np.abs(v)) * v
-        _, who, odds = accusations(vehicle, noise, f, felt)
+    rows, found = flight.t < seconds, []
+    for f, (felt, _) in zip(flight.f, residuals(vehicle, flight, size), strict=True):
+        _, who, odds = accusations(vehicle, noise, f[rows], felt[rows], LASTING_S * RATE_HZ)
         found.append((int(who[-1]), set(who[odds > ACCUSED].tolist())))
     return found
 
@@ -147,14 +157,16 @@ def of_vehicle(name: str, dives: int) -> list[str]:
         near += (np.abs(estimate - p) <= 0.1)[known].tolist()
     healthy = fly(vehicle, rng, np.ones((dives, vehicle.n)), current=CURRENT, size=size)
     wrongly = sum(map(bool, log_accusations(vehicle, healthy, WINDOW_S)))
-    cried = sum(bool(each) for _, each in monitor_accusations(vehicle, healthy, size, WINDOW_S))
+    errors = [each - each.mean(axis=0) for _, each in residuals(vehicle, healthy, size)]
+    noise = np.concatenate(errors).std(axis=0)
+    cried = sum(bool(each) for _, each in monitor_accusations(vehicle, noise, healthy, size, WINDOW_S))
     apart = separable(vehicle)
     readiness, off = sole_failures(vehicle, apart, dives)
     shares = ["–"] * 3
     if off:
         flight = fly(vehicle, rng, readiness, current=CURRENT, size=size)
         named = [each == [i] for each, i in zip(log_accusations(vehicle, flight, SOON), off, strict=True)]
-        suspects, sets = zip(*monitor_accusations(vehicle, flight, size, SOON), strict=True)
+        suspects, sets = zip(*monitor_accusations(vehicle, noise, flight, size, SOON), strict=True)
         seen = [[one == i for one, i in zip(suspects, off, strict=True)]]
         seen += [[each == {i} for each, i in zip(sets, off, strict=True)]]
         shares = [f"{100 * np.mean(each):.1f}" for each in (named, *seen)]

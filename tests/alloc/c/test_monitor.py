@@ -7,11 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh, toeplitz
+from scipy.stats import norm
 
 from alloc import AllocError, Vehicle, generate, load_vehicle
 from alloc.allocation import FloatArray, IndexArray
 from alloc.c import Target, accusations, compiled, missing, monitor
-from alloc.c.monitor import ACCUSED, MEMORY, NOBODY
+from alloc.c.monitor import ACCUSED, LASTING, MEMORY, NOBODY, inflation
 from alloc.c.target import NOT_FINITE
 from alloc.lint.isolation import assumed_noise
 from alloc.methods import recipe
@@ -157,3 +159,25 @@ def test_noise_that_is_none_or_too_fine_is_refused(wrong: float) -> None:
 def test_the_header_says_the_noise() -> None:
     files = generate(load_vehicle("ukwial"), "pinv", monitor=np.array([4.0, 5.0, 6.0]))
     assert re.search(r"surge 4 N, sway 5 N, yaw 6 N m\.", files["ukwial_pinv_monitor.h"])
+
+
+def test_sums_of_noise_that_lasts_vary_at_most_by_the_inflation() -> None:
+    covariance = toeplitz(np.exp(-np.arange(1000) / LASTING))
+    largest = float(eigh(covariance, eigvals_only=True, subset_by_index=[999, 999])[0])
+    assert 0.9 * inflation(LASTING) < largest <= inflation(LASTING)
+
+
+def test_chance_accuses_less_than_once_in_a_thousand_hours() -> None:
+    assert 20 * 100 * 3600 * 1000 * norm.sf(np.sqrt(2 * ACCUSED)) < 1.0
+
+
+def test_chance_exceeds_low_odds_no_more_often_than_the_formula_that_accusations_rest_on_says() -> None:
+    vehicle, rng, rho = load_vehicle("ukwial"), np.random.default_rng(3), np.exp(-1 / LASTING)
+    F = np.tile(0.01 * vehicle.f_scale * np.array([1.0, 0.8, 0.6, 0.4]), (5_000, 1))  # steady: the worst
+    noise = rng.normal(size=(len(F), 3))
+    for row in range(1, len(F)):
+        noise[row] = rho * noise[row - 1] + np.sqrt(1 - rho**2) * noise[row]
+    sizes = assumed_noise(vehicle)
+    odds = accusations(vehicle, sizes, F, F @ vehicle.TP.T + sizes * noise)[2]
+    for least in (0.5, 1.0, 2.0):
+        assert (odds > least).mean() <= vehicle.n * norm.sf(np.sqrt(2 * least))
