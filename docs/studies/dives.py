@@ -2,9 +2,9 @@
 
 ``python docs/studies/dives.py [DIVES]`` flies so many dives with each shipped vehicle. Each has the
 BlueROV2's body, scaled by axis to what the vehicle's thrusters push there, drag that is up to 20 % other, and
-a current. Demands wander through what the vehicle can do. Readiness is estimated from thrusts that were told,
-measured accelerations and velocities over the ground; the monitor has the nominal drag, and noise as
-seen on healthy dives: its standard deviation about its mean, half a second long.
+a current. Demands wander through what the vehicle can do; the velocity is fed back. Readiness is estimated
+from thrusts that were told, measured accelerations and velocities over the ground; the monitor has the
+nominal drag, and noise as seen on healthy dives: its standard deviation about its mean, half a second long.
 """
 
 import sys
@@ -25,6 +25,8 @@ from bench.results.text import table
 RATE_HZ = 20.0
 FINE = 5
 """Steps of the simulation between two rows."""
+GAIN = 2.0
+"""Feedback of the velocity [1/s]: an error of speed is halved in a third of a second."""
 NOISE = 0.05
 """White noise of accelerations [m/s^2, rad/s^2]; velocities have a tenth [m/s, rad/s]."""
 CURRENT = 0.2
@@ -67,8 +69,12 @@ def fly(
     noise: float = NOISE,
     current: float = 0.0,
     size: FloatArray | float = 1.0,
+    gain: float = 0.0,
 ) -> Flight:
-    """Fly D dives with readiness (D, n), drag up to 20 % other, and a ``current`` along each axis [m/s]."""
+    """Fly D dives with readiness (D, n), drag up to 20 % other, and a ``current`` along each axis [m/s].
+
+    With a ``gain`` [1/s] the measured velocity is fed back, towards that of the nominal vehicle.
+    """
     D, k = len(readiness), vehicle.k
     mass, linear, quadratic = dynamics(vehicle, size)
     drag = rng.uniform(0.8, 1.2, (D, k))
@@ -77,23 +83,29 @@ def fly(
     periods, phases = rng.uniform(1.5, 8.0, (3, D, k)), rng.uniform(0, 2 * np.pi, (3, D, k))
     t = np.arange(int(seconds * RATE_HZ)) / RATE_HZ
     waves = np.sin(2 * np.pi * t[:, None, None, None] / periods + phases).mean(axis=1)
-    told, _ = build("scaled", vehicle).many((largest * waves).reshape(-1, k))
-    f = told.reshape(len(t), D, vehicle.n)
-    wrench = (readiness * f) @ vehicle.T.T
-    v, a, seen = np.zeros((D, k)), np.zeros((len(t), D, k)), np.zeros((len(t), D, k))
+    noises = noise * rng.normal(size=(2, len(t), D, k)) * np.array([1.0, 0.1])[:, None, None, None]
+    allocate = build("scaled", vehicle)
+    f = np.zeros((len(t), D, vehicle.n))
+    v, nominal = np.zeros((2, D, k))
+    a, seen = np.zeros((2, len(t), D, k))
 
-    def rate(step: int) -> FloatArray:
+    def rate(
+        wrench: FloatArray, v: FloatArray, drag: FloatArray | float, water: FloatArray | float
+    ) -> FloatArray:
         through = v - water
         damping = (linear + quadratic * np.abs(through)) * through
-        moved: FloatArray = (wrench[step] - coriolis(vehicle, mass, v) - drag * damping) / mass
+        moved: FloatArray = (wrench - coriolis(vehicle, mass, v) - drag * damping) / mass
         return moved
 
     for step in range(len(t)):
-        a[step], seen[step] = rate(step), v
+        seen[step] = v + noises[1, step]
+        wanted = largest * waves[step]
+        f[step], _ = allocate.many(wanted + gain * mass * (nominal - seen[step]))
+        wrench = (readiness * f[step]) @ vehicle.T.T
+        a[step] = rate(wrench, v, drag, water) + noises[0, step]
         for _ in range(FINE):
-            v = v + rate(step) / (RATE_HZ * FINE)
-    a += noise * rng.normal(size=a.shape)
-    seen += 0.1 * noise * rng.normal(size=a.shape)
+            v = v + rate(wrench, v, drag, water) / (RATE_HZ * FINE)
+            nominal = nominal + rate(wanted, nominal, 1.0, 0.0) / (RATE_HZ * FINE)
     return Flight(t, *(np.swapaxes(each, 0, 1) for each in (f, a, seen)))
 
 
@@ -148,14 +160,14 @@ def of_vehicle(name: str, dives: int) -> list[str]:
     size = body(plain)
     vehicle = replace(plain, inertia=size * M)
     truth = rng.uniform(0.0, 1.0, (dives, vehicle.n))
-    flight = fly(vehicle, rng, truth, current=CURRENT, size=size)
+    flight = fly(vehicle, rng, truth, current=CURRENT, size=size, gain=GAIN)
     inside, near = [], []
     for p, *rows in zip(truth, *flight[1:], strict=True):
         estimate, half_width = estimate_readiness(vehicle, *rows)
         known = np.isfinite(half_width)
         inside += (np.abs(estimate - p) <= half_width)[known].tolist()
         near += (np.abs(estimate - p) <= 0.1)[known].tolist()
-    healthy = fly(vehicle, rng, np.ones((dives, vehicle.n)), current=CURRENT, size=size)
+    healthy = fly(vehicle, rng, np.ones((dives, vehicle.n)), current=CURRENT, size=size, gain=GAIN)
     wrongly = sum(map(bool, log_accusations(vehicle, healthy, WINDOW_S)))
     errors = [each - each.mean(axis=0) for _, each in residuals(vehicle, healthy, size)]
     noise = np.concatenate(errors).std(axis=0)
@@ -164,7 +176,7 @@ def of_vehicle(name: str, dives: int) -> list[str]:
     readiness, off = sole_failures(vehicle, apart, dives)
     shares = ["–"] * 3
     if off:
-        flight = fly(vehicle, rng, readiness, current=CURRENT, size=size)
+        flight = fly(vehicle, rng, readiness, current=CURRENT, size=size, gain=GAIN)
         named = [each == [i] for each, i in zip(log_accusations(vehicle, flight, SOON), off, strict=True)]
         suspects, sets = zip(*monitor_accusations(vehicle, noise, flight, size, SOON), strict=True)
         seen = [[one == i for one, i in zip(suspects, off, strict=True)]]
