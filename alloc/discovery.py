@@ -86,7 +86,7 @@ def prepare(entry: Entry, vehicle: Vehicle, *, start: str = "", level: str = "")
     if entry.missing:
         raise NotInstalled(f"{entry.name}: {entry.missing}")
     if not entry.azimuths:
-        refuse_azimuths(vehicle.azimuths, entry.name, "its limits are a box")
+        refuse_azimuths(vehicle.azimuths, entry.name, "it knows thrusters along a line")
     options: dict[str, Any] = {}
     for key, value, offered in (("start", start, entry.starts), ("level", level, entry.levels)):
         if value and value != "-":

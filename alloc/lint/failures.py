@@ -26,7 +26,7 @@ def failures(vehicle: Vehicle) -> list[Failure]:
     counted = candidates(vehicle) <= FACETS  # beyond, it takes minutes
     whole = _ranges(vehicle, axes) if counted else np.zeros(vehicle.k)
     found = []
-    for i in _working(vehicle):
+    for i in vehicle.ready:
         name = vehicle.names[i] if vehicle.names else ""
         try:
             degraded = vehicle.with_fault(i)
@@ -61,7 +61,7 @@ RIGHTED = ("heave", "roll", "pitch")
 def pairs(vehicle: Vehicle) -> list[Pairs]:
     """Pairs of thrusters whose loss takes more than that of one; those that sink or roll first."""
     found: dict[tuple[object, ...], Pairs] = {}
-    on = _working(vehicle)
+    on = vehicle.ready
     states = {i: vehicle.with_fault(i) for i in on} if len(on) >= 2 + FEWEST_LEFT else {}
     alone = {i: (_lost(state, vehicle), in_part(state, vehicle).keys()) for i, state in states.items()}
     for i, j in combinations(states, 2):
@@ -76,11 +76,6 @@ def pairs(vehicle: Vehicle) -> list[Pairs]:
         least = {axes: min(counts, part[axes]) for axes, counts in one.in_part.items()}
         found[key] = Pairs(names, lost, max(weak, one.weak), least)
     return sorted(found.values(), key=lambda pair: -sum(axis in RIGHTED for axis in chain(*pair.lost)))
-
-
-def _working(vehicle: Vehicle) -> list[int]:
-    """Indices of the thrusters that are not off; one that turns has two components, and fails once."""
-    return [i for i, (first, *_) in enumerate(vehicle.actuators) if vehicle.readiness[first] > 0.0]
 
 
 def _lost(degraded: Vehicle, before: Vehicle) -> tuple[tuple[str, ...], ...]:

@@ -88,7 +88,7 @@ class Live(Uncapped):
         self._soft = Stationarity(posed.qp, posed.unit) if soft else None
         self._beyond = beyond(vehicle) if self._soft is None else None
         self._limits = vehicle.f_min[posed.working], vehicle.f_max[posed.working]
-        self._turning = [one for one in vehicle.azimuths if vehicle.readiness[one.first]]
+        self._turning = vehicle.turning
         self._lb, self._ub = posed.qp.lb[: self._m], posed.qp.ub[: self._m]
         self._per_axis = 1.0 / vehicle.wrench_scale
         self._T = vehicle.TP[:, posed.working] * self._per_axis[:, None]

@@ -273,11 +273,10 @@ class PolygonNullspace(Nullspace):
     def __init__(self, vehicle: Vehicle, structure: Structure, tolerance: float) -> None:
         """Precompute all that depends on the vehicle; raises NotApplicable where steps would be too many."""
         d, n = vehicle.nullity, vehicle.n
-        working = [one for one in vehicle.azimuths if vehicle.readiness[one.first]]
-        turning = [i for azimuth in vehicle.azimuths for i in azimuth.components]
+        turning = [i for azimuth in vehicle.turning for i in azimuth.components]
         fixed = [i for i in vehicle.working.tolist() if i not in turning]
         rows, low, high = [np.eye(n)[fixed]], [vehicle.f_min[fixed]], [vehicle.f_max[fixed]]
-        for azimuth in working:
+        for azimuth in vehicle.turning:
             across = np.zeros((len(azimuth.distinct), n))
             across[:, azimuth.components] = azimuth.normals[azimuth.distinct]
             along = across[:, azimuth.components] @ azimuth.corners.T
@@ -287,9 +286,9 @@ class PolygonNullspace(Nullspace):
         self._C, self._low, self._high = np.vstack(rows), np.concatenate(low), np.concatenate(high)
         if d > MOST_FREE or steps_bound(len(self._C), max(d, 1)) > STEPS_LIMIT:
             raise NotApplicable(
-                f"nullspace: {len(vehicle.actuators)} thrusters, {len(working)} of them in polygons, leave"
-                f" d = {d} and {len(self._C)} slabs; steps are taken up to d = {MOST_FREE} and in at most"
-                f" {STEPS_LIMIT} steps, use a qp/ method"
+                f"nullspace: {len(vehicle.actuators)} thrusters, {len(vehicle.turning)} of them in polygons,"
+                f" leave d = {d} and {len(self._C)} slabs; steps are taken up to d = {MOST_FREE} and in at"
+                f" most {STEPS_LIMIT} steps, use a qp/ method"
             )
         super().__init__(vehicle, Structure(structure.G, (), np.arange(0), structure.unreachable), tolerance)
         self._N, end = np.zeros((n, d)), 0
@@ -298,7 +297,7 @@ class PolygonNullspace(Nullspace):
             self._N[block.rows, end - block.N.shape[1] : end] = block.N
         self._region = prepare(self._C @ self._N, self._slack) if d else None
         self.worst_case_steps = n + (self._region.worst_case_steps if self._region else 0)
-        self._turning, self._own = working, (vehicle.f_min, vehicle.f_max)
+        self._turning, self._own = vehicle.turning, (vehicle.f_min, vehicle.f_max)
         self._spare = SPARE * vehicle.f_scale
 
     def solve(self, wrench: FloatArray, limits: list[tuple[float, float]]) -> Allocation:

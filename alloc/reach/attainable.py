@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from alloc.allocation import FloatArray, checked, checked_many
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.errors import NotApplicable, SolverError
-from alloc.reach.zonotope import candidates, facets, zonotope
+from alloc.reach.zonotope import candidates, facets, limit_rows, zonotope
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import limits_of
 from alloc.vehicle.current import checked_cap
@@ -99,9 +99,11 @@ def alpha_range(
     *,
     cap: float | None = None,
     volts: float | None = None,
+    start: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Least and largest alpha (N,) with alpha tau attainable; (inf, -inf) where there is none.
 
+    With a wrench ``start`` (k,) [N, N m] it is start + alpha tau, within the vehicle's own limits.
     If zero thrust lies inside the limits, the least is <= 0, and tau is attainable where alpha* >= 1. If
     not, tau is attainable where alpha* >= 1 and the least is <= 1. Limits and cap are as in ``alpha_max``;
     where f_min exceeds f_max there is no alpha. Under a cap each takes a linear program.
@@ -119,10 +121,11 @@ def alpha_range(
         if not vehicle.azimuths:  # theirs are the vehicle's own
             return _range_within(vehicle, demands, *limits)
     if candidates(vehicle) > FACETS:
-        low = [-alpha_max_lp(vehicle, -tau) for tau in demands]
-        return np.array(low), np.array([alpha_max_lp(vehicle, tau) for tau in demands])
+        low = [-alpha_max_lp(vehicle, -tau, start=start) for tau in demands]
+        return np.array(low), np.array([alpha_max_lp(vehicle, tau, start=start) for tau in demands])
     z = zonotope(vehicle)
-    return _range(demands / z.scale, z.facets, z.support[None], z.tolerance)
+    support = z.support if start is None else z.support - z.facets @ (start / z.scale)
+    return _range(demands / z.scale, z.facets, support[None], z.tolerance)
 
 
 def _range_within(
@@ -174,28 +177,26 @@ def _range(
     return low, high
 
 
-def closed_form_range(vehicle: Vehicle, taus: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Least and largest multiple of each demand (N, k) that f = T* tau (eq. 8) meets inside the limits.
+def closed_form_range(
+    vehicle: Vehicle, taus: ArrayLike, start: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Least and largest alpha for which f = T* (start + alpha tau) (eq. 8) lies inside the limits, (N,) each.
 
-    (inf, -inf) where there is none; (0, 0) for a demand with a part that no thruster pushes, if zero is met.
+    ``start`` (k,) is 0 where left out [N, N m]. (inf, -inf) where there is none; (0, 0) for a demand with a
+    part that no thruster pushes, if zero is met.
     """
-    f = checked_many(taus, vehicle.k) @ generalized_inverse(vehicle).T
-    f[np.abs(f) < NOTHING * np.abs(f).max(axis=1, keepdims=True, initial=0.0)] = 0.0  # rounding of T* tau
+    G, rows = generalized_inverse(vehicle), limit_rows(vehicle)
+    f = checked_many(taus, vehicle.k) @ G.T
+    along = f @ rows.A.T
+    along[np.abs(along) < NOTHING * np.abs(f).max(axis=1, keepdims=True, initial=0.0)] = 0.0  # rounding
+    reach = rows.reach if start is None else rows.reach - rows.A @ (G @ start)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        upper, lower = vehicle.f_max / f, vehicle.f_min / f
-    high = np.where(f > 0, upper, np.where(f < 0, lower, np.inf)).min(axis=1)
-    low = np.where(f > 0, lower, np.where(f < 0, upper, -np.inf)).max(axis=1)
-    if (rows := vehicle.half_planes) is not None:
-        along = f @ rows.A.T
-        along[np.abs(along) <= NOTHING * np.abs(f).max(axis=1, keepdims=True, initial=0.0)] = 0.0
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            ratio = rows.reach / along
-        high = np.minimum(high, np.where(along > 0, ratio, np.inf).min(axis=1))
-        low = np.maximum(low, np.where(along < 0, ratio, -np.inf).max(axis=1))
-    outside = (vehicle.f_min > 0) | (vehicle.f_max < 0)
-    missed = ((f == 0) & outside).any(axis=1) | (low > high)
+        ratio = reach / along
+    high = np.where(along > 0, ratio, np.inf).min(axis=1)
+    low = np.where(along < 0, ratio, -np.inf).max(axis=1)
+    missed = ((along == 0) & (reach < 0)).any(axis=1) | (low > high)
     if vehicle.rank < vehicle.k:  # thrusts T* tau inside the limits need not push tau
-        least, most = alpha_range(vehicle, taus)
+        least, most = alpha_range(vehicle, taus, start=start)
         low, high = np.maximum(low, least), np.minimum(high, most)
         missed |= low > high
     return np.where(missed, np.inf, low), np.where(missed, -np.inf, high)

@@ -6,17 +6,18 @@ its axes. A set that has extent in r < k directions only is measured in those r,
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import combinations
-from math import comb
+from math import comb, factorial
 
 import numpy as np
 
 from alloc.allocation import FloatArray, IndexArray
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.errors import NotApplicable, SolverError
-from alloc.reach.zonotope import zonotope
+from alloc.reach.zonotope import candidates, farthest, limit_rows, zonotope
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
-from alloc.vehicle.azimuth import refuse_azimuths
+from alloc.vehicle.degeneracy import NOTHING
 
 
 def attainable_volume(vehicle: Vehicle) -> float:
@@ -24,9 +25,10 @@ def attainable_volume(vehicle: Vehicle) -> float:
 
     A zonotope is tiled by the parallelepipeds of its generators: the sum over all r-subsets of
     |det| of the columns times the widths f_max - f_min (Shephard 1974, "Combinatorial properties of
-    associated zonotopes"). Raises NotApplicable for more than TILES parallelepipeds.
+    associated zonotopes"). Raises NotApplicable for more than TILES parallelepipeds. Where thrusters turn the
+    set is no zonotope, and its volume that of the hull of its vertices.
     """
-    return float(_tiles(vehicle).volumes.sum())
+    return float(_hull(vehicle).volumes.sum() if vehicle.azimuths else _tiles(vehicle).volumes.sum())
 
 
 def uniform_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
@@ -35,9 +37,15 @@ def uniform_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Float
     A tile is drawn with a probability proportional to its volume, a point in it uniformly. The tiles are
     the lower faces of a zonotope one dimension up, which lifts each generator by a random height
     (Billera & Sturmfels 1992, "Fiber polytopes"); so the heights say on which corner of the other
-    generators' box a tile stands. Raises NotApplicable where the set is a single point, or has more
-    than TILES.
+    generators' box a tile stands. Where thrusters turn, simplices from the set's middle to its surface stand
+    for tiles. Raises NotApplicable where the set is a single point, or has more than TILES.
     """
+    if vehicle.azimuths:
+        hull = _hull(vehicle)
+        chosen = rng.choice(len(hull.volumes), size=n, p=hull.volumes / hull.volumes.sum())
+        places = rng.dirichlet(np.ones(hull.corners.shape[1]), n)
+        drawn: FloatArray = np.einsum("ij,ijk->ik", places, hull.corners[chosen])
+        return drawn
     tiles = _tiles(vehicle)
     if not tiles.volumes.size:
         raise NotApplicable(
@@ -63,56 +71,30 @@ def closed_form_volume(vehicle: Vehicle) -> float:
     The vertices of that polytope come from Qhull, the volume from their hull. It is 0 where no demand fits.
     Raises SolverError where Qhull gives up, as on a polytope that is nearly flat.
     """
-    from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
-
-    refuse_azimuths(vehicle.azimuths, "volume", "limits are polygons")
     scaled = vehicle.TP / vehicle.row_lengths[:, None]
     basis = np.linalg.svd(scaled)[0][:, : vehicle.rank]
     rows = (generalized_inverse(vehicle) * vehicle.row_lengths) @ basis  # f = rows y, tau = scale basis y
-    moved = np.linalg.norm(rows, axis=1) > RANK_TOLERANCE * np.linalg.norm(rows)
-    rest = ~moved
-    if (vehicle.f_min[rest] > 0).any() or (vehicle.f_max[rest] < 0).any():
+    limits = limit_rows(vehicle)
+    A = limits.A @ rows
+    moved = np.linalg.norm(A, axis=1) > RANK_TOLERANCE * np.linalg.norm(rows)
+    if (limits.reach[~moved] < 0).any():
         return 0.0
-    A = np.vstack([rows[moved], -rows[moved]])
-    b = np.concatenate([vehicle.f_max[moved], -vehicle.f_min[moved]]) / vehicle.f_scale
-    inside, clearance = _center(A, b)
-    if clearance <= RANK_TOLERANCE:
-        return 0.0
-    if A.shape[1] == 1:
-        ends = b / A[:, 0]
-        return float((ends[A[:, 0] > 0].min() - ends[A[:, 0] < 0].max()) * vehicle.f_scale)
-    try:
-        vertices = HalfspaceIntersection(np.column_stack([A, -b]), inside).intersections
-        try:
-            volume: float = ConvexHull(vertices).volume * vehicle.f_scale ** A.shape[1]
-        except QhullError:  # vertices that coincide but for rounding; Q14 merges their facets
-            volume = ConvexHull(vertices, qhull_options="Qt Qx Q14").volume * vehicle.f_scale ** A.shape[1]
-    except QhullError as error:
-        raise SolverError(
-            f"{vehicle.name}: Qhull on the closed form's polytope: {str(error).splitlines()[0]}"
-        ) from None
-    return volume
+    volume = _polytope(vehicle.name, A[moved], limits.reach[moved] / vehicle.f_scale).volumes.sum()
+    return float(volume * vehicle.f_scale ** A.shape[1])
 
 
 def safe_share(vehicle: Vehicle) -> float:
     """Largest s <= 1 for which the closed form (eq. 8) meets s tau inside the limits for all attainable tau.
 
     It puts the paper's premise for eq. 6, demands so small that limits never act, into a number. By the
-    support of the attainable set along each row of T*, s is the minimum over thrusters of f_max_i over
-    max_f (T* T P f)_i and of f_min_i over min_f (T* T P f)_i. It is 0 where the limits exclude f = 0.
+    support of the attainable set along each row a'T*, s is the minimum over their limits a'f <= r of
+    r / max_f a'T* T P f. It is 0 where the limits exclude f = 0.
     """
-    refuse_azimuths(vehicle.azimuths, "share", "limits are polygons")
-    M = generalized_inverse(vehicle) @ vehicle.TP
-    ends = np.stack([M * vehicle.f_min, M * vehicle.f_max])
-    share = 1.0
-    for reach, limit in (
-        (ends.max(axis=0).sum(axis=1), vehicle.f_max),
-        (ends.min(axis=0).sum(axis=1), vehicle.f_min),
-    ):
-        asked = np.abs(reach) > RANK_TOLERANCE * vehicle.f_scale
-        share = min(share, float((limit[asked] / reach[asked]).min(initial=1.0)))
-    outside = (vehicle.f_min > 0).any() or (vehicle.f_max < 0).any()
-    return 0.0 if outside else max(share, 0.0)
+    rows = limit_rows(vehicle)
+    reach = farthest(vehicle, rows.A @ generalized_inverse(vehicle) @ vehicle.TP)
+    asked = np.abs(reach) > RANK_TOLERANCE * vehicle.f_scale
+    share = float((rows.reach[asked] / reach[asked]).min(initial=1.0))
+    return 0.0 if (rows.reach < 0).any() else max(share, 0.0)
 
 
 def worst_fault(vehicle: Vehicle, keep_rank: bool = False) -> int:
@@ -121,9 +103,9 @@ def worst_fault(vehicle: Vehicle, keep_rank: bool = False) -> int:
     ``keep_rank`` leaves out thrusters whose loss costs rank, if there are others. Raises NotApplicable
     where only one thruster works, or the vehicle that is left has more than TILES.
     """
-    if len(vehicle.working) < 2:
+    if len(vehicle.ready) < 2:
         raise NotApplicable(f"{vehicle.name}: one thruster works; with none left there is no vehicle")
-    left = {int(i): vehicle.with_fault(int(i)) for i in vehicle.working}
+    left = {i: vehicle.with_fault(i) for i in vehicle.ready}
     if keep_rank and any(v.rank == vehicle.rank for v in left.values()):
         left = {i: v for i, v in left.items() if v.rank == vehicle.rank}
     volumes = {i: attainable_volume(v) for i, v in left.items()}
@@ -153,7 +135,6 @@ class _Tiles:
 
 
 def _tiles(vehicle: Vehicle) -> _Tiles:
-    refuse_azimuths(vehicle.azimuths, "volume", "the attainable set is no zonotope")
     z = zonotope(vehicle)
     columns = z.generators / vehicle.row_lengths[:, None]
     r, m = z.dimension, columns.shape[1]
@@ -170,6 +151,72 @@ def _tiles(vehicle: Vehicle) -> _Tiles:
     volumes = 2.0**r * np.abs(np.linalg.det(coordinates[:, members].transpose(1, 0, 2)))
     full = volumes > RANK_TOLERANCE * volumes.max()
     return _Tiles(coordinates, members[full], volumes[full])
+
+
+@dataclass(frozen=True, eq=False)
+class _Simplices:
+    """A polytope in simplices that meet in its middle.
+
+    Attributes
+    ----------
+    corners : (M, r + 1, r) of each simplex
+    volumes : (M,) of each
+    """
+
+    corners: FloatArray
+    volumes: FloatArray
+
+
+def _polytope(name: str, A: FloatArray, b: FloatArray) -> _Simplices:
+    """The polytope A y <= b in simplices, none where it is flat or empty; vertices and surface are Qhull's.
+
+    Raises SolverError where Qhull gives up, as on a polytope that is nearly flat.
+    """
+    from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
+
+    r = A.shape[1]
+    inside, clearance = _center(A, b)
+    if clearance <= RANK_TOLERANCE:
+        return _Simplices(np.zeros((0, r + 1, r)), np.zeros(0))
+    if r == 1:
+        ends = b / A[:, 0]
+        vertices = np.array([ends[A[:, 0] < 0].max(), ends[A[:, 0] > 0].min()])[:, None]
+        surface: IndexArray = np.arange(2)[:, None]
+    else:
+        try:
+            vertices = HalfspaceIntersection(np.column_stack([A, -b]), inside).intersections
+            try:
+                surface = np.asarray(ConvexHull(vertices).simplices, dtype=np.intp)
+            except QhullError:  # vertices that coincide but for rounding; Q14 merges their facets
+                merged = ConvexHull(vertices, qhull_options="Qt Qx Q14")
+                surface = np.asarray(merged.simplices, dtype=np.intp)
+        except QhullError as error:
+            raise SolverError(f"{name}: Qhull on a polytope: {str(error).splitlines()[0]}") from None
+    middle = np.broadcast_to(inside, (len(surface), 1, r))
+    corners = np.concatenate([middle, vertices[surface]], axis=1)
+    volumes = np.abs(np.linalg.det(corners[:, 1:] - middle)) / factorial(r)
+    return _Simplices(corners, volumes)
+
+
+@lru_cache(maxsize=16)
+def _hull(vehicle: Vehicle) -> _Simplices:
+    """The attainable set of thrusters that turn: corners (M, r + 1, k) [N, N m], volumes (M,) [N^r]."""
+    if (count := candidates(vehicle)) > TILES:
+        raise NotApplicable(
+            f"{vehicle.name}: sides of polygons span up to {count} facets; volumes are worked out from"
+            f" at most {TILES}"
+        )
+    z = zonotope(vehicle)
+    basis = np.linalg.svd(z.generators / z.scale[:, None], full_matrices=False)[0][:, : z.dimension]
+    proper = z.tolerance <= NOTHING  # the others span what no thruster pushes
+    found = _polytope(vehicle.name, z.facets[proper] @ basis, z.support[proper])
+    if not found.volumes.size:
+        raise NotApplicable(f"{vehicle.name}: the limits leave one wrench")
+    middle = z.center / z.scale
+    beside = middle - basis @ (basis.T @ middle)
+    return _Simplices(
+        (found.corners @ basis.T + beside) * z.scale, found.volumes * vehicle.f_scale**z.dimension
+    )
 
 
 def _center(A: FloatArray, b: FloatArray) -> tuple[FloatArray, float]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
-from alloc.vehicle.azimuth import refuse_azimuths
+from alloc.vehicle.azimuth import HalfPlanes, refuse_azimuths
 from alloc.vehicle.degeneracy import FLAT, NOTHING, independent
 
 
@@ -104,15 +104,40 @@ def candidates(vehicle: Vehicle) -> int:
     return comb(count, max(vehicle.rank - 1, 0))
 
 
-def farthest(vehicle: Vehicle, along: FloatArray) -> FloatArray:
-    """Largest along'f (M,) within the vehicle's limits, for M rows ``along`` (M, n)."""
-    each = np.maximum(along * vehicle.f_min, along * vehicle.f_max)
-    for azimuth in vehicle.azimuths:
-        if vehicle.readiness[azimuth.first]:
-            each[:, azimuth.components] = 0.0
-            each[:, azimuth.first] = (along[:, azimuth.components] @ azimuth.corners.T).max(axis=1)
-    most: FloatArray = each.sum(axis=1)
+def farthest_thrusts(
+    vehicle: Vehicle, along: FloatArray, limits: tuple[FloatArray, FloatArray] | None = None
+) -> FloatArray:
+    """Thrusts f (M, n) [N] within limits that make along'f largest, for M rows ``along`` (M, n).
+
+    Limits are f_min and f_max, (n,) or (M, n); left out, the vehicle's.
+    """
+    low, high = limits or (vehicle.f_min, vehicle.f_max)
+    f = np.where(along > 0.0, high, low)
+    for azimuth in vehicle.turning:
+        best = (along[:, azimuth.components] @ azimuth.corners.T).argmax(axis=1)
+        f[:, azimuth.components] = azimuth.corners[best]
+    return f
+
+
+def farthest(
+    vehicle: Vehicle, along: FloatArray, limits: tuple[FloatArray, FloatArray] | None = None
+) -> FloatArray:
+    """Largest along'f (M,) within limits, as those of ``farthest_thrusts``."""
+    most: FloatArray = (along * farthest_thrusts(vehicle, along, limits)).sum(axis=1)
     return most
+
+
+def limit_rows(vehicle: Vehicle) -> HalfPlanes:
+    """Limits of all thrusts as A f <= reach: f_max, -f_min, then sides of polygons."""
+    eye, sides = np.eye(vehicle.n), vehicle.half_planes or HalfPlanes(np.zeros((0, vehicle.n)), np.zeros(0))
+    reach = np.concatenate([vehicle.f_max, -vehicle.f_min, sides.reach])
+    return HalfPlanes(np.vstack([eye, -eye, sides.A]), reach)
+
+
+def vertices(vehicle: Vehicle) -> list[FloatArray]:
+    """Corners (v, c) of each thruster's set of forces [N]: ends of limits, or those of a polygon."""
+    ends, corners = np.stack([vehicle.f_min, vehicle.f_max]), {a.first: a.corners for a in vehicle.turning}
+    return [corners.get(at[0], np.unique(ends[:, list(at)], axis=0)) for at in vehicle.actuators]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -100,6 +100,40 @@ def fit_polygons(azimuths: Sequence[Azimuth], F: FloatArray, spare: float) -> Fl
     return inside
 
 
+def nearest_thrusts(
+    azimuths: Sequence[Azimuth], F: FloatArray, f_min: FloatArray, f_max: FloatArray
+) -> FloatArray:
+    """Thrusts (N, n) within limits that are nearest to F (N, n), thruster by thruster [N].
+
+    A fixed thruster's is cut at its limit, (n,) or (N, n); of one that turns the force goes straight to its
+    polygon. Where f_min exceeds f_max, f_max counts.
+    """
+    nearest = np.clip(F, f_min, f_max)
+    for azimuth in azimuths:
+        f, corners = F[:, azimuth.components], azimuth.corners
+        along = np.roll(corners, -1, axis=0) - corners
+        share = ((f[:, None] - corners) * along).sum(axis=2) / (along**2).sum(axis=1)
+        feet = corners + np.clip(share, 0.0, 1.0)[:, :, None] * along
+        first = np.linalg.norm(feet - f[:, None], axis=2).argmin(axis=1)
+        inside = (f @ azimuth.normals.T <= azimuth.reach).all(axis=1, keepdims=True)
+        nearest[:, azimuth.components] = np.where(inside, f, feet[np.arange(len(f)), first])
+    return nearest
+
+
+def excess(
+    azimuths: Sequence[Azimuth], F: FloatArray, f_min: FloatArray, f_max: FloatArray, rounding: float
+) -> FloatArray:
+    """Distance of thrusts (N, n) beyond each thruster's limits (N, a), negative inside [N].
+
+    Limits are (n,) or (N, n); ``rounding`` is what products may leave beyond a side of a polygon [N].
+    """
+    beyond: FloatArray = np.maximum(F - f_max, f_min - F)
+    for azimuth in azimuths:
+        sides = F[:, azimuth.components] @ azimuth.normals.T - azimuth.reach
+        beyond[:, azimuth.first] = sides.max(axis=1) - rounding
+    return np.delete(beyond, [azimuth.first + 1 for azimuth in azimuths], axis=1)
+
+
 def check_azimuths(
     name: str, azimuths: Sequence[Azimuth], readiness: FloatArray, others: Sequence[object]
 ) -> None:
@@ -124,16 +158,14 @@ def check_azimuths(
             raise VehicleError(f"{name}: an azimuth's polygon is not convex, from x to y, around zero")
 
 
-def half_planes(azimuths: Sequence[Azimuth], readiness: FloatArray) -> HalfPlanes | None:
-    """Limits of the thrusters that turn and work, as rows; None where there is none."""
-    rows, reach = [np.zeros((0, len(readiness)))], [np.zeros(0)]
+def half_planes(azimuths: Sequence[Azimuth], n: int) -> HalfPlanes | None:
+    """Limits of thrusters that turn, as rows; None where there is none."""
+    rows = np.zeros((sum(len(azimuth.reach) for azimuth in azimuths), n))
+    end = 0
     for azimuth in azimuths:
-        if readiness[azimuth.first]:
-            row = np.zeros((len(azimuth.reach), len(readiness)))
-            row[:, azimuth.components] = azimuth.normals
-            rows.append(row)
-            reach.append(azimuth.reach)
-    return HalfPlanes(np.vstack(rows), np.concatenate(reach)) if len(rows) > 1 else None
+        end += len(azimuth.reach)
+        rows[end - len(azimuth.reach) : end, azimuth.components] = azimuth.normals
+    return HalfPlanes(rows, np.concatenate([a.reach for a in azimuths])) if azimuths else None
 
 
 def actuators(azimuths: Sequence[Azimuth], n: int) -> tuple[tuple[int, ...], ...]:

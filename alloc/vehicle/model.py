@@ -144,9 +144,19 @@ class Vehicle:
         return actuators(self.azimuths, self.n)
 
     @cached_property
+    def turning(self) -> tuple[Azimuth, ...]:
+        """The ``azimuths`` that are not off."""
+        return tuple(one for one in self.azimuths if self.readiness[one.first])
+
+    @property
+    def ready(self) -> list[int]:
+        """Indices of the thrusters that are not off; ``working`` are those of their thrusts."""
+        return [i for i, (first, *_) in enumerate(self.actuators) if self.readiness[first]]
+
+    @cached_property
     def half_planes(self) -> HalfPlanes | None:
         """Limits A f <= reach of thrusters that turn and work; None where there is none."""
-        return half_planes(self.azimuths, self.readiness)
+        return half_planes(self.turning, self.n)
 
     def called(self, thruster: int) -> str:
         """A thruster in words: its name, or ``thruster 4`` where it has none."""

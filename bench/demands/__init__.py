@@ -25,6 +25,7 @@ from alloc import Label, NotApplicable, Vehicle, alpha_max, label
 from alloc.allocation import BoolArray, FloatArray
 from alloc.errors import unknown
 from alloc.files import modules
+from alloc.vehicle.azimuth import refuse_azimuths
 from alloc.vehicle.call_limits import limits_of
 from bench.demands.strong import strong_demands, strong_vehicle, unasked_weak_axes
 
@@ -186,6 +187,7 @@ def build_demands(
     answering = module.answering(vehicle) if hasattr(module, "answering") else vehicle
     rate_hz = getattr(module, "RATE_HZ", None)
     if hasattr(module, "limited_demands"):
+        refuse_azimuths(vehicle.azimuths, f"demands '{name}'", "limits of a call are boxes")
         taus, *limits = module.limited_demands(vehicle, rng, count)
         part = None
     else:

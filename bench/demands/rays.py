@@ -36,12 +36,19 @@ def draw(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Rays:
     Raises NotApplicable where every such wrench is zero, as for thrusters held at thrusts that cancel.
     """
     vehicle = strong_vehicle(vehicle)
-    f = rng.uniform(vehicle.f_min, vehicle.f_max, size=(n, vehicle.n))
-    taus = f @ vehicle.TP.T
+    taus = random_thrusts(vehicle, rng, n) @ vehicle.TP.T
     attainable = alpha_range(vehicle, taus)
     if not np.isfinite(attainable[1]).all():
         raise NotApplicable(f"{vehicle.name}: the limits leave no wrench but zero; give thrusters a choice")
     return Rays(taus, attainable, closed_form_range(vehicle, taus))
+
+
+def random_thrusts(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
+    """n thrusts (n, n) uniform within limits; of a thruster that turns a random mean of its corners [N]."""
+    f = rng.uniform(vehicle.f_min, vehicle.f_max, size=(n, vehicle.n))
+    for azimuth in vehicle.turning:
+        f[:, azimuth.components] = rng.dirichlet(np.ones(len(azimuth.corners)), n) @ azimuth.corners
+    return f
 
 
 def collect(

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.vehicle.autopilot import Autopilot
+from alloc.vehicle.azimuth import Azimuth
 from alloc.vehicle.checks import ARRAYS
 from alloc.vehicle.current import Cap, Current, CurrentTable, PowerLaw
 from alloc.vehicle.esc import Esc
@@ -39,6 +40,7 @@ def pack_vehicle(vehicle: Vehicle, *, currents: bool = True) -> dict[str, NDArra
         [survey.mm, survey.deg, survey.relative, vehicle.weak_limit], dtype=np.float64
     )
     arrays |= {key: value for key in KNOWN if (value := getattr(vehicle, key)) is not None}
+    arrays |= _azimuth_arrays(vehicle)
     if vehicle.slew is not None:
         arrays |= {"slew up": vehicle.slew.up, "slew down": vehicle.slew.down}
     if (table := vehicle.by_volts) is not None:
@@ -68,6 +70,9 @@ def unpack_vehicle(arrays: Mapping[str, NDArray[Any]]) -> Vehicle:
         relative, weak = (None if np.isnan(each) else each for each in known)
         numbers |= {"survey": Survey(mm, deg, relative), "weak_limit": weak}
         numbers |= {key: arrays.get(key) for key in KNOWN}
+    if "azimuths" in arrays:
+        places = enumerate(arrays["azimuths"].tolist())
+        numbers["azimuths"] = tuple(Azimuth(first, arrays[f"azimuth {i}"]) for i, first in places)
     if "slew up" in arrays:
         numbers["slew"] = Slew(arrays["slew up"], arrays["slew down"])
     if "volts" in arrays:
@@ -86,6 +91,14 @@ def unpack_vehicle(arrays: Mapping[str, NDArray[Any]]) -> Vehicle:
         numbers[key] = tuple(tuple(str(level).split(",")) for level in arrays[key])
     numbers["frame"] = frame[0] if frame else "frd"  # logs of boards before frames were said
     return Vehicle(name=name, source=source, whole=whole, **numbers)
+
+
+def _azimuth_arrays(vehicle: Vehicle) -> dict[str, NDArray[Any]]:
+    """The arrays that thrusters which turn are made of; none without one."""
+    if not vehicle.azimuths:
+        return {}
+    firsts = np.array([azimuth.first for azimuth in vehicle.azimuths])
+    return {"azimuths": firsts} | {f"azimuth {i}": one.corners for i, one in enumerate(vehicle.azimuths)}
 
 
 def _esc(arrays: Mapping[str, NDArray[Any]], i: int) -> Esc:
@@ -130,7 +143,8 @@ def _mixer(arrays: Mapping[str, NDArray[Any]]) -> Autopilot:
 
 def same_vehicle(a: Vehicle, b: Vehicle) -> bool:
     """True if two vehicles have the same numbers."""
-    same = all(np.array_equal(getattr(a, key), getattr(b, key)) for key in ARRAYS)
+    one, two = ({key: getattr(v, key) for key in ARRAYS} | _azimuth_arrays(v) for v in (a, b))
+    same = one.keys() == two.keys() and all(np.array_equal(one[key], two[key]) for key in one)
     words = ("priority", "groups", "frame", "survey", "weak_limit")
     return same and all(getattr(a, key) == getattr(b, key) for key in words)
 

@@ -13,6 +13,7 @@ from alloc.allocation import FloatArray
 from alloc.lint.failures import weak_axes
 from alloc.reach.attainable import single_axis_maxima
 from alloc.reach.way import step_maps
+from alloc.reach.zonotope import farthest
 
 KEPT = 0.5
 """Share of an axis that must be strong for a demand along it to be asked: of a weak axis a trace is left."""
@@ -87,7 +88,5 @@ def weak_directions(vehicle: Vehicle) -> list[WeakDirection]:
     found = []
     for each in weak_axes(vehicle):
         pushes = each.row @ vehicle.TP
-        ends = np.array([pushes * vehicle.f_min, pushes * vehicle.f_max])
-        bound = max(ends.max(axis=0).sum(), -ends.min(axis=0).sum())
-        found.append(WeakDirection(each.words, float(bound)))
+        found.append(WeakDirection(each.words, float(farthest(vehicle, np.stack([pushes, -pushes])).max())))
     return found

@@ -9,11 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from msgspec.structs import replace
 
-from alloc import NotApplicable, Vehicle, catalogue, list_vehicles
+from alloc import NotApplicable, Vehicle, catalogue, list_vehicles, load_vehicle
 from alloc.discovery import Entry, plugin_name
 from alloc.errors import DemandError, PluginError, UnknownName, unknown
 from alloc.formulations import EXACT_METHODS, find_formulation
-from alloc.vehicle.file import load_fixed_vehicle
 from bench.demands import DemandSet, build_demands
 from bench.demands.generated import STUDIES
 from bench.demands.store import Case, same_vehicle, save_case
@@ -136,7 +135,7 @@ def plugin_contenders(settings: RunSettings) -> list[Contender]:
     """
     if not settings.plugins:
         return []
-    vehicle = load_fixed_vehicle((settings.vehicles or list_vehicles())[0])
+    vehicle = load_vehicle((settings.vehicles or list_vehicles())[0])
     taus = np.array([np.zeros(vehicle.k), 0.1 * vehicle.TP @ (vehicle.f_min + vehicle.f_max)])
     with TemporaryDirectory(prefix="thrustbench-") as folder:
         task = AnswerTask(str(Path(folder) / "case.npz"), str(Path(folder) / "answers.npz"))
@@ -184,7 +183,7 @@ def sampled_methods(taking_part: Iterable[Contender]) -> list[str]:
 
 def read_demands(settings: RunSettings) -> RunDemands:
     """Read every demand set of every vehicle with every fault; the vehicles of a study come first."""
-    named = [load_fixed_vehicle(name) for name in settings.vehicles]
+    named = [load_vehicle(name) for name in settings.vehicles]
     whole = [*(STUDIES[settings.study]() if settings.study else ()), *named]
     states = [state for vehicle in whole for state in faulty(vehicle, settings.faults)]
     made: list[DemandSet] = []

@@ -104,6 +104,7 @@ def problem(question: Question, study: str = "") -> Problem:
         frame=vehicle.frame,
         numbers=np.concatenate(
             [vehicle.T.ravel(), vehicle.f_min, vehicle.f_max, np.diag(vehicle.H), vehicle.readiness]
+            + [azimuth.corners.ravel() for azimuth in vehicle.azimuths]
         ).tolist(),
         sums=_sums(demands) if demands.given else [],
         weak=[each.words for each in weak],

@@ -42,7 +42,7 @@ def parse_fault(text: str) -> GivenFault:
 def with_fault(vehicle: Vehicle, fault: GivenFault) -> list[Vehicle]:
     """The vehicle with that fault; with EACH, one for each working thruster. Raises VehicleError."""
     if fault.thruster is None:
-        return [vehicle.with_fault(int(i)) for i in vehicle.working]
+        return [vehicle.with_fault(i) for i in vehicle.ready]
     return [vehicle.with_fault(fault.thruster, fault.readiness)]
 
 

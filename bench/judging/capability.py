@@ -1,18 +1,16 @@
 """Capability of a vehicle after each failure, and the share of it that each method serves."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import product
-from math import isfinite
+from math import isfinite, prod
 from typing import NamedTuple, cast
 
 import numpy as np
 
 from alloc import Allocation, Label, NotApplicable, Status, Vehicle, alpha_max
 from alloc.allocation import FloatArray
-from alloc.closed_forms.inverse import generalized_inverse
 from alloc.errors import SolverError
-from alloc.reach.attainable import closed_form_range
+from alloc.reach.attainable import alpha_range, closed_form_range
 from alloc.reach.volumes import (
     attainable_volume,
     closed_form_volume,
@@ -20,6 +18,7 @@ from alloc.reach.volumes import (
     uniform_demands,
     worst_fault,
 )
+from alloc.reach.zonotope import vertices
 from bench.demands import DemandSet, along_axes, build_demands, labelled
 from bench.demands.store import Case
 from bench.demands.strong import axis_maxima, strong_demands, strong_vehicle, unasked_weak_axes
@@ -104,13 +103,14 @@ def _outlines(
     start = np.zeros((1, vehicle.k))
     start[0, third] = at
     seen, towards = strong_vehicle(vehicle), strong_demands(vehicle, rays)
-    # Limits less T* start: both sets are moved so that start is their zero.
-    given = generalized_inverse(seen) @ strong_demands(vehicle, start)[0]
-    moved = replace(seen, f_min=vehicle.f_min - given, f_max=vehicle.f_max - given)
+    begin = strong_demands(vehicle, start)[0]
     attainable, closed_form = (
         # Rays from outside a set or from its edge reach only part of its outline.
-        _pairs(corners(reach[:, None] * rays[:, [i, j]])) if (reach > 0).all() else []
-        for reach in (alpha_max(moved, towards), closed_form_range(moved, towards)[1])
+        _pairs(corners(reach[:, None] * rays[:, [i, j]])) if (least < 0).all() and (reach > 0).all() else []
+        for least, reach in (
+            alpha_range(seen, towards, start=begin),
+            closed_form_range(seen, towards, begin),
+        )
     )
     return attainable, closed_form
 
@@ -178,19 +178,21 @@ N_DEMANDS = 2000
 
 
 CORNERS = 1024
-"""Most wrenches of thrusters at their limits that are gone through: those of ten thrusters."""
+"""Most wrenches of thrusters at their limits that are gone through: those of ten that don't turn."""
 
 
 def limit_wrenches(vehicle: Vehicle) -> FloatArray:
-    """Wrenches (M, k) of thrusters that all stand at a limit: each corner of the attainable set is one.
+    """Wrenches (M, k) of thrusters that all stand at a limit, or a polygon's corner.
+
+    Each corner of the attainable set is one.
 
     Empty where they are more than CORNERS.
     """
-    moves = np.flatnonzero((vehicle.f_max > vehicle.f_min) & vehicle.TP.any(axis=0))
-    if 2 ** len(moves) > CORNERS:
+    pushed = (vehicle.TP[:, parts].any() for parts in map(list, vehicle.actuators))
+    each = [at if moves else at[:1] for at, moves in zip(vertices(vehicle), pushed, strict=True)]
+    if prod(map(len, each)) > CORNERS:
         return np.zeros((0, vehicle.k))
-    thrusts = np.tile(vehicle.f_min, (2 ** len(moves), 1))
-    thrusts[:, moves] = np.array(list(product(*zip(vehicle.f_min[moves], vehicle.f_max[moves], strict=True))))
+    thrusts = np.array([np.concatenate(chosen) for chosen in product(*each)])
     wrenches: FloatArray = thrusts @ vehicle.TP.T
     return wrenches
 
@@ -256,7 +258,7 @@ def even_demands(vehicle: Vehicle, seed: int, n: int = N_DEMANDS) -> FloatArray:
 
 def _asked(vehicle: Vehicle, seed: int, n: int) -> CapabilityQuestions:
     states: dict[int | None, Vehicle] = {None: vehicle}
-    if len(vehicle.working) > 1:
+    if len(vehicle.ready) > 1:
         worst = worst_fault(strong_vehicle(vehicle))
         states[worst] = vehicle.with_fault(worst)
     sets = [
@@ -348,7 +350,7 @@ def _wrong(question: Question, answer: Answers) -> str:
 
 def remaining_authority(vehicle: Vehicle) -> list[Authority]:
     """Authority of the vehicle: whole first, then with each working thruster off; of the strong part each."""
-    faults = map(int, vehicle.working if len(vehicle.working) > 1 else ())
+    faults = vehicle.ready if len(vehicle.ready) > 1 else ()
     states: dict[int | None, Vehicle] = {None: vehicle, **{i: vehicle.with_fault(i) for i in faults}}
     # With rows in the same units for all states, volumes can be compared.
     weak = any(state.weak_left.any() for state in states.values())

@@ -8,7 +8,7 @@ import numpy as np
 from alloc import Allocation, Label, NotApplicable, Status, Vehicle, label
 from alloc.allocation import EXACT_TOLERANCE, WRENCH_TOLERANCE, BoolArray, FloatArray, IndexArray, StatusArray
 from alloc.formulations import Formulation, find_formulation, mixed
-from alloc.vehicle.azimuth import SPARE
+from alloc.vehicle.azimuth import SPARE, excess
 from bench.demands import DemandSet
 from bench.demands.strong import across, strong_demands, strong_vehicle
 from bench.judging.question import Question, right_answers
@@ -168,9 +168,7 @@ def measure_answers(question: Question, answers: Sequence[Allocation], formulati
     seen, asked = promised_wrench(demands, definition)
     error = np.abs(f @ seen.TP.T - asked[demand])
     low, high = (np.broadcast_to(side, right.shape)[demand] for side in demands.limits)
-    beyond = np.maximum(f - high, low - f).max(axis=1)
-    if (rows := vehicle.half_planes) is not None:  # products round
-        beyond = np.maximum(beyond, (f @ rows.A.T - rows.reach).max(axis=1) - SPARE * vehicle.f_scale)
+    beyond = excess(vehicle.turning, f, low, high, SPARE * vehicle.f_scale).max(axis=1)
     return Measured(
         F=F,
         # A board's log may hold any number; the ends of int8 are no statuses either.

@@ -121,17 +121,17 @@ def largest_gap(question: Question, F: FloatArray, status: StatusArray, formulat
         return None
     taus = question.demands.taus
     N = len(taus)
-    posed = definition.pose(question.demands.vehicle)
     answered = np.isfinite(F[:N]).all(axis=1)
     if not definition.gives_way:  # then an answer that meets the wrench in part has no optimum
         answered &= status[:N] == Status.SOLVED
     if not answered.any():
         return None
-    b, x = posed.scaled(taus[answered], F[:N][answered])
     low, high = (np.broadcast_to(side, F[:N].shape) for side in question.demands.limits)
-    lb, ub = (side[answered][:, posed.working] / posed.unit for side in (low, high))
-    cost = np.einsum("ij,jk,ik->i", x, posed.qp.H, x) / 2
     try:
+        posed = definition.pose(question.demands.vehicle)
+        b, x = posed.scaled(taus[answered], F[:N][answered])
+        lb, ub = (side[answered][:, posed.working] / posed.unit for side in (low, high))
+        cost = np.einsum("ij,jk,ik->i", x, posed.qp.H, x) / 2
         gap = certify_many(posed.qp, b, x, (lb, ub)).gap
     except NotApplicable:
         return None

@@ -1,7 +1,8 @@
 """Losses of an answer: wrench error, direction error, effort, limits. Equations only, no clock.
 
 A thruster can't push beyond its limits whatever it is told, so errors are those of the delivered wrench,
-T P clip(f, f_min, f_max). That is what the vehicle feels, also of a closed form that ignores the limits.
+T P clip(f, f_min, f_max); the force of one that turns goes straight to its polygon. That is what the vehicle
+feels, also of a closed form that ignores the limits.
 Limits are a pair f_min, f_max, each (n,) or (N, n) [N]; None stands for the vehicle's.
 """
 
@@ -9,6 +10,8 @@ import numpy as np
 
 from alloc import Vehicle
 from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray
+from alloc.reach.zonotope import farthest
+from alloc.vehicle.azimuth import SPARE, excess, nearest_thrusts
 from alloc.vehicle.geometry import unit
 from bench.record import SERVED_WITHIN
 
@@ -29,7 +32,7 @@ def delivered(vehicle: Vehicle, F: FloatArray, limits: Limits = None) -> FloatAr
     Where f_min exceeds f_max, f_max counts: a thruster can't push harder than it is able to.
     """
     low, high = limits or (vehicle.f_min, vehicle.f_max)
-    wrench: FloatArray = np.clip(F, low, high) @ vehicle.TP.T
+    wrench: FloatArray = nearest_thrusts(vehicle.turning, F, low, high) @ vehicle.TP.T
     return wrench
 
 
@@ -80,11 +83,9 @@ def gets_nothing(vehicle: Vehicle, taus: FloatArray, F: FloatArray, limits: Limi
     way, as by a thruster that can't reverse. False where f is NaN, for demands smaller than FLOOR, and
     where thrusters push at most FLOOR of the demand along it.
     """
-    low, high = limits or (vehicle.f_min, vehicle.f_max)
     a, b = taus / vehicle.wrench_scale, delivered(vehicle, F, limits) / vehicle.wrench_scale
     size = np.linalg.norm(a, axis=1)
-    along = (a / vehicle.wrench_scale) @ vehicle.TP
-    most = np.maximum(along * low, along * high).sum(axis=1)
+    most = farthest(vehicle, (a / vehicle.wrench_scale) @ vehicle.TP, limits)
     can = (size >= FLOOR) & (most >= FLOOR * size**2)
     nothing: BoolArray = can & (np.linalg.norm(b, axis=1) <= WRENCH_TOLERANCE * size)
     return nothing
@@ -135,10 +136,10 @@ def loss(
     error = relative_wrench_error(vehicle, taus, F, (low, high))
     direction = direction_error_deg(vehicle, taus, F, (low, high))
     effort = effort_over_optimum(vehicle, taus, F, reference, (low, high))
-    excess = _excess(vehicle, F, (low, high))
-    violated = (excess.max(axis=1) > AT_LIMIT).astype(float)
-    moves = high > low
-    saturated = (moves & (excess >= -AT_LIMIT)).sum(axis=1).astype(float)
+    beyond = _excess(vehicle, F, (low, high))
+    violated = (beyond.max(axis=1) > AT_LIMIT).astype(float)
+    moves = (high > low)[:, [first for first, *_ in vehicle.actuators]]
+    saturated = (moves & (beyond >= -AT_LIMIT)).sum(axis=1).astype(float)
     total = max(len(taus_all), 1)
     numbers = {
         "answered_share": len(taus) / total,
@@ -162,10 +163,10 @@ def loss(
 
 
 def _excess(vehicle: Vehicle, F: FloatArray, limits: Limits) -> FloatArray:
-    """Distance of each thrust (N, n) beyond its nearer limit, as a share of f_scale; negative inside [-]."""
+    """``excess`` of each thruster (N, a) as a share of f_scale [-]."""
     low, high = limits or (vehicle.f_min, vehicle.f_max)
-    excess: FloatArray = np.maximum(F - high, low - F) / vehicle.f_scale
-    return excess
+    share: FloatArray = excess(vehicle.turning, F, low, high, SPARE * vehicle.f_scale) / vehicle.f_scale
+    return share
 
 
 def _quantile(values: FloatArray, q: float) -> float | None:

@@ -13,6 +13,7 @@ import numpy as np
 
 from alloc import AllocError, Vehicle, build
 from alloc.allocation import FloatArray
+from alloc.vehicle.azimuth import nearest_thrusts
 from bench.demands.strong import strong_demands, strong_vehicle
 from bench.judging.judge import rounded
 from bench.judging.loss import direction_error_deg, share_along
@@ -27,18 +28,19 @@ HALF = 0.5
 
 FAILURES: dict[str, Callable[[FloatArray], FloatArray]] = {
     "off": np.zeros_like,
-    "stuck": lambda f: np.roll(f, 1),
+    "stuck": lambda f: np.roll(f, 1, axis=0),
     "half": lambda f: HALF * f,
     "reversed": np.negative,
 }
-"""Thrusts (N,) that a failed thruster makes, of those that it is told demand by demand [N]. A stuck one makes
-what it was told at the demand before; the first demand has the last one before it."""
+"""Forces (N, c) that a failed thruster makes, of those that it is told demand by demand [N]. A stuck one
+makes what it was told at the demand before; the first demand has the last one before it."""
 
 
 def failed_thrusts(vehicle: Vehicle, F: FloatArray, thruster: int, failure: str) -> FloatArray:
     """Thrusts (N, n) that thrusters told F (N, n) make while one of them fails [N]."""
-    made = np.clip(F, vehicle.f_min, vehicle.f_max)
-    made[:, thruster] = FAILURES[failure](made[:, thruster])
+    own = [*vehicle.actuators[thruster]]
+    made = nearest_thrusts(vehicle.turning, F, vehicle.f_min, vehicle.f_max)
+    made[:, own] = FAILURES[failure](made[:, own])
     return made
 
 
@@ -50,18 +52,20 @@ def announced_thrusts(
     F (N, n) are the whole vehicle's, of which a stuck thruster keeps one. Raises AllocError where the method
     does not cover the vehicle with that failure.
     """
+    own = [*vehicle.actuators[thruster]]
     if failure == "reversed":  # its commands change their sign, so its limits change places
         low, high = vehicle.f_min.copy(), vehicle.f_max.copy()
-        low[thruster], high[thruster] = -high[thruster], -low[thruster]
-        turned = replace(vehicle, f_min=low, f_max=high)
+        low[own], high[own] = -high[own], -low[own]
+        azimuths = tuple(replace(a, corners=-a.corners) if a.first in own else a for a in vehicle.azimuths)
+        turned = replace(vehicle, f_min=low, f_max=high, azimuths=azimuths)
         return build(METHOD, turned).many(taus)[0]
     degraded = vehicle.with_fault(thruster, HALF if failure == "half" else 0.0)
     allocate = build(METHOD, degraded)
     if failure != "stuck":
         return allocate.many(taus)[0] * degraded.readiness
-    made = failed_thrusts(vehicle, F, thruster, failure)[:, thruster]
-    answers: FloatArray = allocate.many(taus - made[:, None] * vehicle.TP[:, thruster])[0]
-    answers[:, thruster] = made
+    made = failed_thrusts(vehicle, F, thruster, failure)[:, own]
+    answers: FloatArray = allocate.many(taus - made @ vehicle.TP[:, own].T)[0]
+    answers[:, own] = made
     return answers
 
 
@@ -69,10 +73,10 @@ def failure_costs(vehicle: Vehicle, method: str, taus: FloatArray, F: FloatArray
     """Costs of each failure that is not announced; F (N, n) [N] answers demands (N, k), NaN for none."""
     answered = np.isfinite(F).all(axis=1)
     taus, F = taus[answered][:DEMANDS], F[answered][:DEMANDS]
-    if not len(taus) or len(vehicle.working) < 2:
+    if not len(taus) or len(vehicle.ready) < 2:
         return []
     return [
-        _cost(vehicle, taus, [failed_thrusts(vehicle, F, i, failure) for i in vehicle.working.tolist()])(
+        _cost(vehicle, taus, [failed_thrusts(vehicle, F, i, failure) for i in vehicle.ready])(
             failure=failure, method=method
         )
         for failure in FAILURES
@@ -81,9 +85,9 @@ def failure_costs(vehicle: Vehicle, method: str, taus: FloatArray, F: FloatArray
 
 def announced_costs(vehicle: Vehicle, taus: FloatArray) -> list[FailureCost]:
     """Costs of the same failures once announced, by METHOD; empty where it does not cover the vehicle."""
-    if len(vehicle.working) < 2:
+    if len(vehicle.ready) < 2:
         return []
-    taus, on = taus[:DEMANDS], vehicle.working.tolist()
+    taus, on = taus[:DEMANDS], vehicle.ready
     try:
         F = build(METHOD, vehicle).many(taus)[0]
         made = {name: [announced_thrusts(vehicle, taus, F, i, name) for i in on] for name in FAILURES}
@@ -107,7 +111,7 @@ def _cost(vehicle: Vehicle, taus: FloatArray, made: list[FloatArray]) -> partial
     return partial(
         FailureCost,
         n_demands=len(taus),
-        thrusters=vehicle.working.tolist(),
+        thrusters=vehicle.ready,
         share_p50=[rounded(np.median(share)) for share in shares],
         share_min=[rounded(share.min()) for share in shares],
         turned_p50_deg=[rounded(np.median(each)) if each.size else None for each in known],

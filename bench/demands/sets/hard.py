@@ -7,6 +7,7 @@ import numpy as np
 
 from alloc import Vehicle
 from alloc.allocation import WRENCH_TOLERANCE, FloatArray
+from alloc.reach.zonotope import farthest_thrusts
 from bench.demands.rays import draw
 from bench.demands.strong import strong_vehicle
 
@@ -57,8 +58,7 @@ def corners(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
     """The farthest wrenches in random directions, with every thruster at a limit."""
     vehicle = strong_vehicle(vehicle)
     directions = rng.normal(size=(n, vehicle.k)) / vehicle.wrench_scale
-    f = np.where(directions @ vehicle.TP > 0, vehicle.f_max, vehicle.f_min)
-    farthest: FloatArray = f @ vehicle.TP.T
+    farthest: FloatArray = farthest_thrusts(vehicle, directions @ vehicle.TP) @ vehicle.TP.T
     return farthest
 
 

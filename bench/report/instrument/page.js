@@ -79,8 +79,9 @@ function update() {
   by("sure").replaceChildren(...machines.map((machine) => element("li", `${machine.name} ${machine.sure}`)));
   shown = ranked.filter(wanted).filter((size) => matches(size, state.filter));
   table(by("table"), columns(machines, loop), shown);
-  const unknown = shown.filter((size) => size.fit === UNKNOWN);
-  by("unknown").replaceChildren(...unknown.map((size) => element("li", `${size.label}: ${size.reason}`)));
+  const alike = {};
+  for (const size of shown.filter((size) => size.fit === UNKNOWN)) (alike[size.reason.replace(`${size.method}: `, "")] ??= []).push(size.label);
+  by("unknown").replaceChildren(...Object.entries(alike).map(([reason, labels]) => element("li", `${labels.join(", ")}: ${reason}`)));
   facts(picked(ranked), loop);
   if (window.vegaEmbed) draw();
 }

@@ -221,18 +221,19 @@ def _unmeasured_rows(rows: list[Row]) -> str:
     if not rows:
         return "No row is without a measurement.\n"
     where: dict[tuple[str, str, str], dict[str, list[str]]] = defaultdict(lambda: defaultdict(list))
-    absent = [row for row in rows if row.status == "missing"]
+    absent, reasons = [row for row in rows if row.status == "missing"], dict[tuple[str, str, str], str]()
     for row in rows:
         if row.status != "missing":
-            where[row.label, row.status, row.reason][row.vehicle].append(row.demands)
+            reason = row.reason.removeprefix(f"{row.method}: ")
+            where[row.label, row.status, reason][row.vehicle].append(row.demands)
+            reasons[row.label, row.status, reason] = row.reason
+    alike: dict[tuple[str, str, str], list[str]] = defaultdict(list)
+    for (label, status, reason), places in where.items():
+        place = "; ".join(f"{vehicle}: {', '.join(sets)}" for vehicle, sets in places.items())
+        alike[place, status, reason].append(label)
     lines = [
-        [
-            label,
-            "; ".join(f"{vehicle}: {', '.join(sets)}" for vehicle, sets in places.items()),
-            status,
-            reason,
-        ]
-        for (label, status, reason), places in where.items()
+        [", ".join(labels), place, status, reason if labels[1:] else reasons[labels[0], status, reason]]
+        for (place, status, reason), labels in alike.items()
     ]
     if absent:  # one line says how to get all of them
         methods = ", ".join(dict.fromkeys(row.method for row in absent))

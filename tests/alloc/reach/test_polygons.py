@@ -1,15 +1,15 @@
 """The attainable set of thrusters that turn, against linear programs over the corners of their polygons."""
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 
-from alloc import Label, NotApplicable, Vehicle, alpha_max, label
+from alloc import Label, NotApplicable, Vehicle, alpha_max, label, load_vehicle
 from alloc.closed_forms.inverse import generalized_inverse
-from alloc.reach.attainable import alpha_max_lp, beyond, closed_form_range
-from alloc.reach.volumes import attainable_volume, closed_form_volume, safe_share
-from alloc.reach.zonotope import farthest, zonotope
+from alloc.reach.attainable import alpha_max_lp, alpha_range, beyond, closed_form_range
+from alloc.reach.volumes import attainable_volume, closed_form_volume, safe_share, uniform_demands
+from alloc.reach.zonotope import farthest, limit_rows, vertices, zonotope
+from alloc.vehicle.azimuth import excess, nearest_thrusts
 from tests.azimuths import boats, corners_lp, demands_around
 
 BOATS = boats(40)
@@ -75,10 +75,83 @@ def test_a_demand_beyond_the_polygons_is_proven_to_be_so_and_none_within() -> No
         assert all(proven(1.0001 * tau, *limits) and not proven(0.9999 * tau, *limits) for tau in edge)
 
 
-@pytest.mark.parametrize("volume", [attainable_volume, closed_form_volume, safe_share])
-def test_volumes_of_such_sets_are_refused(volume: Callable[[Vehicle], float]) -> None:
-    with pytest.raises(NotApplicable, match="takes no azimuth thrusters yet"):
-        volume(BOATS[0])
+def sums(vehicle: Vehicle) -> np.ndarray:
+    """Wrenches (M, k) of all corners of all sets, one of each thruster: the set is their hull."""
+    made = np.zeros((1, vehicle.k))
+    for own, corners in zip(vehicle.actuators, vertices(vehicle), strict=True):
+        made = (made[:, None] + corners @ vehicle.TP[:, list(own)].T).reshape(-1, vehicle.k)
+    return made
+
+
+def test_the_volume_is_that_of_the_hull_of_all_sums_of_corners() -> None:
+    for vehicle in BOATS[:20:4] + BOATS[1:20:4]:
+        hull = ConvexHull(sums(vehicle) / vehicle.row_lengths)
+        assert attainable_volume(vehicle) == pytest.approx(hull.volume, rel=1e-8)
+
+
+def test_demands_are_drawn_evenly_and_the_closed_form_serves_its_share_of_them() -> None:
+    """Uniformity of alpha*^-3 in 0 … 1, of deviation 1/sqrt(12), where zero lies inside."""
+    n = 4000
+    for vehicle in (load_vehicle("double-ended-ferry"), *BOATS[:6]):
+        taus = uniform_demands(vehicle, np.random.default_rng(7), n)
+        reach = alpha_max(vehicle, taus)
+        assert (reach >= 1 - 1e-9).all()
+        if (zonotope(vehicle).support > 1e-3).all():
+            assert (reach**-3.0).mean() == pytest.approx(0.5, abs=4 / np.sqrt(12 * n))
+        share = closed_form_volume(vehicle) / attainable_volume(vehicle)
+        low, high = closed_form_range(vehicle, taus)
+        served = ((low <= 1) & (high >= 1)).mean()
+        assert served == pytest.approx(share, abs=4 * np.sqrt(share * (1 - share) / n) + 1e-9)
+
+
+def test_the_safe_share_is_the_least_that_the_closed_form_serves_of_a_corner() -> None:
+    for vehicle in BOATS[:12]:
+        corners = sums(vehicle)
+        corners = corners[np.abs(corners / vehicle.wrench_scale).max(axis=1) > 1e-9]
+        least = min(1.0, closed_form_range(vehicle, corners)[1].min())
+        assert safe_share(vehicle) == pytest.approx(max(least, 0.0), abs=1e-8)
+
+
+def test_a_ray_from_another_wrench_leaves_the_set_where_a_linear_program_says() -> None:
+    rng = np.random.default_rng(8)
+    for vehicle in (load_vehicle("bluerov2-heavy"), *BOATS[:8]):
+        start, tau = (0.3 * each for each in demands_around(vehicle, rng, 2))
+        least, most = alpha_range(vehicle, [tau], start=start)
+        assert most[0] == pytest.approx(alpha_max_lp(vehicle, tau, start=start), rel=AGREE, abs=AGREE)
+        if np.isfinite(most[0]):
+            assert least[0] == pytest.approx(-alpha_max_lp(vehicle, -tau, start=start), rel=AGREE, abs=AGREE)
+        low, high = closed_form_range(vehicle, [tau], start)
+        for alpha in (low[0], high[0]) if low[0] <= high[0] else ():
+            f = generalized_inverse(vehicle) @ (start + alpha * tau)
+            rows = limit_rows(vehicle)
+            assert (rows.A @ f - rows.reach).max() == pytest.approx(0.0, abs=1e-9 * vehicle.f_scale)
+
+
+def test_the_nearest_thrusts_lie_within_and_no_corner_is_on_their_far_side() -> None:
+    """Nearest point f' of a convex set to f: (f - f')'(v - f') <= 0 for each of its corners v."""
+    rng = np.random.default_rng(9)
+    for vehicle in BOATS[:20]:
+        F = rng.uniform(-300.0, 300.0, (50, vehicle.n))
+        near = nearest_thrusts(vehicle.turning, F, vehicle.f_min, vehicle.f_max)
+        rows = limit_rows(vehicle)
+        assert (near @ rows.A.T <= rows.reach + 1e-9).all()
+        for own, corners in zip(map(list, vehicle.actuators), vertices(vehicle), strict=True):
+            past, ahead = (F - near)[:, own], corners[None] - near[:, None, own]
+            assert (np.einsum("ij,ikj->ik", past, ahead) <= 1e-7).all()
+        assert nearest_thrusts(vehicle.turning, near, vehicle.f_min, vehicle.f_max) == pytest.approx(near)
+
+
+def test_the_excess_of_a_thruster_is_that_over_its_worst_limit() -> None:
+    rng = np.random.default_rng(10)
+    for vehicle in BOATS[:10]:
+        F = rng.uniform(-200.0, 200.0, (20, vehicle.n))
+        beyond = excess(vehicle.turning, F, vehicle.f_min, vehicle.f_max, 0.0)
+        rows = limit_rows(vehicle)
+        over = F @ rows.A.T - rows.reach
+        for i, own in enumerate(vehicle.actuators):
+            touched = np.abs(rows.A[:, list(own)]).sum(axis=1) > 0.0
+            touched[: 2 * vehicle.n] &= len(own) == 1  # the box around a polygon is no limit of its own
+            assert beyond[:, i] == pytest.approx(over[:, touched].max(axis=1), abs=1e-9)
 
 
 def test_limits_of_a_call_are_refused() -> None:

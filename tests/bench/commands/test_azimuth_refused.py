@@ -28,7 +28,6 @@ COMMANDS = (
     "allocate --vehicle boat.yaml --method nullspace limited.csv",
     "allocate --vehicle boat.yaml --method clip asked.csv",
     "prove --vehicle boat.yaml --method nullspace --out out",
-    "run --vehicle boat.yaml --quick --out out",
 )
 
 

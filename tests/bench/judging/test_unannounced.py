@@ -31,14 +31,14 @@ def asked(name: str) -> tuple[Vehicle, FloatArray, FloatArray]:
 
 
 @pytest.mark.parametrize("failure", FAILURES)
-@pytest.mark.parametrize("name", ["ukwial", "bluerov2-heavy"])
+@pytest.mark.parametrize("name", ["ukwial", "bluerov2-heavy", "double-ended-ferry"])
 def test_the_wrench_misses_what_the_failed_thruster_does_not_make_and_nothing_else(
     name: str, failure: str
 ) -> None:
     vehicle, taus, F = asked(name)
-    for i in range(vehicle.n):
+    for i, own in enumerate(map(list, vehicle.actuators)):
         made = failed_thrusts(vehicle, F, i, failure)
-        missing = (F[:, i] - made[:, i])[:, None] * vehicle.T[:, i]
+        missing = (F[:, own] - made[:, own]) @ vehicle.T[:, own].T
         assert made @ vehicle.T.T == pytest.approx(taus - missing, abs=1e-6 * vehicle.f_scale)
 
 
@@ -89,6 +89,18 @@ def test_once_announced_thrusts_are_within_what_the_failure_leaves(failure: str)
         }[failure]
         assert (made >= low - 1e-9).all()
         assert (made <= high + 1e-9).all()
+
+
+@pytest.mark.parametrize("failure", FAILURES)
+def test_once_announced_a_thruster_that_turns_stays_within_what_its_failure_leaves(failure: str) -> None:
+    vehicle, taus, F = asked("double-ended-ferry")
+    made = announced_thrusts(vehicle, taus, F, 1, failure)
+    (x, y), most = vehicle.actuators[1], {"off": 0.0, "half": 250.0}.get(failure, 500.0)
+    assert np.hypot(made[:, x], made[:, y]) == pytest.approx(np.zeros(N), abs=most + 1e-6)
+    if failure == "stuck":
+        assert made[1:, [x, y]] == pytest.approx(F[:-1, [x, y]])
+    if failure == "reversed":  # half a turn of a disc is the same disc
+        assert made @ vehicle.T.T == pytest.approx(taus, abs=1e-6)
 
 
 def test_once_announced_what_can_be_met_is_met_and_the_rest_by_its_largest_share() -> None:
