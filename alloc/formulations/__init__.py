@@ -173,7 +173,9 @@ class Formulation:
             less = w - (apart[i + 1][0] if i + 1 < len(apart) else 0.0)
             behind = w - less
             for v, each in vehicle.mixture:
-                way = own if each is vehicle.strong else Way(each, own.levels, own.keep)
+                way = own
+                if each is not vehicle.strong:
+                    way = Way(each, own.levels, own.keep, together=own.together)
                 found.append(Part(behind + less * v, each, way, of))
         return tuple(found)
 

@@ -2,12 +2,13 @@
 
 What the thrusters of one group can't push takes nothing from the others: a yaw that saturates does not slow
 heave. The groups are the file's, or the axes that share thrusters on the vehicle without faults by more than
-a survey's error. Groups that share thrusters go one after the other, as the levels of priority do; where only
-noise couples them, all but the last stop short of the edge by what the others need beside them.
+a survey's error. The file's groups go one after the other, as the levels of priority do, where they share
+thrusters. Those that only noise couples start at once: each goes as far as it could alone, and then all are
+shortened by one factor until they fit.
 """
 
 from alloc.formulations import EXACT_METHODS, EndOf, Family, Formulation
-from alloc.reach.way import Levels, Way, fit_share, keeps, separations
+from alloc.reach.way import Levels, Way, keeps, separations
 from alloc.vehicle import Vehicle
 
 
@@ -18,11 +19,11 @@ def axes_apart(vehicle: Vehicle) -> list[tuple[float, Levels]]:
 
 def straight_in_each_group(vehicle: Vehicle, levels: Levels = ()) -> Way:
     """A level a group; to the edge where none that comes later shares a thruster, and so nothing is left."""
-    levels, strong = levels or axes_apart(vehicle)[0][1], vehicle.strong
+    levels = levels or axes_apart(vehicle)[0][1]
     keep = keeps(vehicle, levels)
     if min(keep) < 1.0 and not vehicle.groups:
-        keep = keeps(vehicle, levels, fit_share(strong, levels))
-    return Way(strong, levels, keep)
+        return Way(vehicle.strong, levels, [1.0] * len(levels), together=True)
+    return Way(vehicle.strong, levels, keep)
 
 
 def is_independent(vehicle: Vehicle) -> bool:

@@ -42,13 +42,13 @@ def by_level(
     the whole vehicle has such a direction, T differs between faults and the program serves it alone.
     """
     first, *others = parts = formulation.parts(vehicle)
-    keeps = [part.way.keep for part in parts]
+    ways = [(part.way.keep, part.way.together) for part in parts]
     known = {
         fault: state
         for fault, state in (shared_states(vehicle) if faults and first.vehicle is vehicle else {}).items()
         if state.mixture[0][1] is state
         and (len(first.way.levels) == 1 or state.rank == vehicle.rank)
-        and [part.way.keep for part in formulation.parts(state)] == keeps
+        and [(part.way.keep, part.way.together) for part in formulation.parts(state)] == ways
     }
     builder = Builder(first.vehicle, limits, scalar, known)
     answers = [_one(builder, vehicle, first)]

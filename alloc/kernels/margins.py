@@ -42,7 +42,7 @@ class FacetMargins:
         self._gaps: dict[int, tuple[Number, Number]] = {}
         self._narrow, self._spent = set[int](), set[int]()
 
-    def measure(self, level: int, pairs: list[int], f: Sequence[Number]) -> None:
+    def measure(self, level: str, pairs: list[int], f: Sequence[Number]) -> None:
         """Compute the margins from thrusts f of those pairs that have none yet."""
         graph, limits, n = self._builder.graph, self._builder.limits, self._builder.vehicle.n
         asked = [m for m in pairs if m not in self._known]

@@ -4,6 +4,8 @@ Only the wrench T f counts here, so f may exceed limits: any d with T d equal to
 do, and the margin to a facet is a weighted sum of the distances of f to its limits.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from alloc.allocation import BoolArray, FloatArray
@@ -61,6 +63,18 @@ EDGE: dict[Scalar, float] = {"double": edge.EDGE, "float": 4e-6}
 step that leaves a facet by more breaks half of WRENCH_ERROR."""
 
 
+class _Step(NamedTuple):
+    """Step of a level: thrusts [N], the products summed in each, and their rounding by part."""
+
+    thrusts: dict[int, Expression]
+    products: dict[int, Terms]
+    tiny: list[Number]
+
+    def moves(self, part: Expression) -> dict[int, Expression]:
+        """A part of the step's thrusts."""
+        return {i: part * d for i, d in self.thrusts.items()}
+
+
 class Walk:
     """The path of one kernel.
 
@@ -79,18 +93,19 @@ class Walk:
     def __init__(self, builder: Builder, way: Way, G: FloatArray) -> None:
         """Prepare the path; G (n, k) is T*. Raises NotApplicable for too many facets."""
         vehicle = builder.vehicle
-        self._builder, self._G, self._keep = builder, G, way.keep
+        self._builder, self._G, self._keep, self._together = builder, G, way.keep, way.together
         self.reachable = reachable(builder)
         self._facets = facet_pairs(vehicle)
         self._margins = FacetMargins(builder, self._facets)
-        self._maps = step_maps(vehicle, way.levels)
+        self._maps = step_maps(vehicle, way.levels, together=way.together)
         self._whole = _whole(vehicle, way)
         self._pushes = pushes(vehicle, vehicle.TP, ROUNDED)
-        self.proportional = not any(
+        self.proportional = way.together or not any(
             np.abs(later @ D).max() > 0.0 for j, D in enumerate(self._maps) for later in self._maps[j + 1 :]
         )
         self._part: int | None = None
         self._entered: set[int] = set()
+        self._alone = list[tuple[_Step, Expression]]()
         self.levels, self.shares = len(self._maps), list[Expression]()
         self.seen = SeenArguments(self._cover(), builder)
         self.start = start_thrusts(builder, builder.limits)
@@ -103,22 +118,26 @@ class Walk:
         self._unreached = self.reachable.size(builder, G)
 
     def arrived(self, rows: list[int]) -> int:
-        """Last level that moves one of these thrusters; the last of all if none does."""
+        """Last level that moves one of these thrusters; the last if none does, or if all start at once."""
+        if self._together:
+            return self.levels - 1
         levels = [level for level in range(self.levels) if snapped(self._matrix(level))[rows].any()]
         return levels[-1] if levels else self.levels - 1
 
     def take(self, level: int) -> None:
         """Take a level's step: its share, and f after it."""
-        builder = self._builder
-        steps, products, tiny = self._step(level)
-        self.seen.know(level, steps)
-        part, ways = self._stop(level, steps, products, tiny)
-        # Only the reported share is rounded, so the thrusts need no branch.
-        self.shares.append(select(part < 1.0 - EDGE[builder.scalar], part, 1.0).named(f"share{level}"))
-        moves = {i: part * d for i, d in steps.items()}
+        step = self._step(level)
+        self.seen.know(level, step.thrusts)
+        part, ways = self._stop(f"{level}", self._maps[level], step, self._keep[level])
+        if self._together:
+            self._alone.append((step, part))
+            if level + 1 == self.levels:
+                self._take_together()
+            return
+        moves = step.moves(part)
+        self._share(level, part)
         self._margins.advance(moves, part, ways)
-        for i, move in moves.items():
-            self.f[i] = (move if self.f[i] == 0.0 else self.f[i] + move).named(f"f{level + 1}_{i}")
+        self._move(level, moves)
         if self._remaining and level + 1 < self.levels:
             for r, wanted in self._wanted(level).items():
                 if not self._whole[level, r]:
@@ -126,7 +145,37 @@ class Walk:
                     self._remaining[r] = rest.named(f"n{level + 1}_{r}")
         self._leave()
         if level + 1 == self.levels:
-            self._enter(sorted(set(builder.vehicle.working.tolist()) - self._entered), "left")
+            self._enter_rest()
+
+    def _take_together(self) -> None:
+        """Take the steps of all levels, shortened by one factor until they fit."""
+        thrusts = dict[int, Expression]()
+        for step, part in self._alone:
+            for i, d in step.moves(part).items():
+                thrusts[i] = thrusts[i] + d if i in thrusts else d
+        whole = _Step(
+            {i: d.named(f"sum{i}") for i, d in thrusts.items()},
+            {i: [] for i in thrusts},
+            [most(*sizes) for sizes in zip(*(step.tiny for step, _ in self._alone), strict=True)],
+        )
+        factor, _ = self._stop("all", self._maps.sum(axis=0), whole, 1.0)
+        for level, (_, part) in enumerate(self._alone):
+            self._share(level, factor * part)
+        self._move(self.levels - 1, whole.moves(factor))
+        self._leave()
+        self._enter_rest()
+
+    def _share(self, level: int, part: Expression) -> None:
+        """Report a level's share; it alone is rounded, so the thrusts need no branch."""
+        edge_at = 1.0 - EDGE[self._builder.scalar]
+        self.shares.append(select(part < edge_at, part, 1.0).named(f"share{level}"))
+
+    def _move(self, level: int, moves: dict[int, Expression]) -> None:
+        for i, move in moves.items():
+            self.f[i] = (move if self.f[i] == 0.0 else self.f[i] + move).named(f"f{level + 1}_{i}")
+
+    def _enter_rest(self) -> None:
+        self._enter(sorted(set(self._builder.vehicle.working.tolist()) - self._entered), "left")
 
     def _cover(self) -> list[Place]:
         """A small set of places, over all levels, that depends on every entry of tau."""
@@ -153,8 +202,8 @@ class Walk:
             if self._whole[level, r] or D[r].any()
         }
 
-    def _step(self, level: int) -> tuple[dict[int, Expression], dict[int, Terms], list[Number]]:
-        """Thrusts d of the level's step, the products summed in each, and their rounding by part.
+    def _step(self, level: int) -> _Step:
+        """The level's step.
 
         Where axes go all the way, d = G target - f; elsewhere d = G step. A d that subtracts f has no
         products.
@@ -177,7 +226,7 @@ class Walk:
                 back = [(False, self._constant(-at))]
             summed[i] = [] if back else products.rows[i]
             steps[i] = signed([*rows[i], *back]).named(f"d{level}_{i}")
-        return steps, summed, self._tiny(level, snapped(matrix), products.largest, away)
+        return _Step(steps, summed, self._tiny(level, snapped(matrix), products.largest, away))
 
     def _constant(self, number: float) -> Expression:
         return self._builder.graph.constant(number)
@@ -196,14 +245,12 @@ class Walk:
             found[part] = tiny.named(f"tiny{level}_{part}") if isinstance(tiny, Expression) else tiny
         return found
 
-    def _stop(
-        self, level: int, steps: dict[int, Expression], products: dict[int, Terms], tiny: list[Number]
-    ) -> tuple[Expression, Ways]:
-        """The level's share, the least margin over the step's length along each normal; not rounded.
+    def _stop(self, level: str, D: FloatArray, step: _Step, keep: float) -> tuple[Expression, Ways]:
+        """Share of a step that D makes, the least margin over its length along each normal; not rounded.
 
         Also returns the step's lengths along the normals.
         """
-        builder, D, keep = self._builder, self._maps[level], self._keep[level]
+        builder, (steps, products, tiny) = self._builder, step
         met = self._facets.crossed_by(D)
         # A step within a facet has only rounding along its normal.
         push = np.zeros_like(self._facets.push[met])

@@ -113,7 +113,7 @@ class ByLevel(Uncapped):
     @property
     def goes_straight(self) -> bool:
         """True where no level stops before the edge: inside limits, thrusts are those without any."""
-        return min(self._way.keep) == 1.0
+        return self._way.goes_straight
 
     def unlimited(self, wrench: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Thrusts (n,) [N] and residual (k,) of a wrench (k,), if there were no limits."""

@@ -28,7 +28,7 @@ levels. With one or two thrusters off and levels as their files have them, what 
 lies at 0.05 or below, what shipped vehicles couple besides at 0.39 or above."""
 
 
-def step_maps(vehicle: Vehicle, levels: Levels) -> FloatArray:
+def step_maps(vehicle: Vehicle, levels: Levels, *, together: bool = False) -> FloatArray:
     """(L, k, k) matrices D: the step of a level from a wrench w is Delta = D (tau - w).
 
     Where the thrusters push every direction, D picks the level's axes, and the others stay. Where they don't,
@@ -37,8 +37,18 @@ def step_maps(vehicle: Vehicle, levels: Levels) -> FloatArray:
     ``row_lengths``). Later levels take nothing of that back, and all together reach each tau that can be
     pushed. With B an orthonormal basis of what the thrusters push, N one of the directions that earlier
     levels leave, S the rows of the level, and S B N = U diag(sigma) V' without the sigma up to OWN, that is
-    D = B N V diag(1 / sigma) U' S.
+    D = B N V diag(1 / sigma) U' S. ``together`` gives all steps from the start: each as if those before it
+    had gone all their way.
     """
+    maps = _maps_in_turn(vehicle, levels)
+    left = np.eye(vehicle.k)
+    for D in maps if together else ():
+        D[:] = D @ left
+        left = left - D
+    return maps
+
+
+def _maps_in_turn(vehicle: Vehicle, levels: Levels) -> FloatArray:
     axes = [[vehicle.dof.index(axis) for axis in level] for level in levels]
     maps = np.zeros((len(axes), vehicle.k, vehicle.k))
     if vehicle.rank == vehicle.k:
@@ -104,20 +114,6 @@ def _coupling(vehicle: Vehicle, least: float) -> FloatArray:
     return np.where(vehicle.entry_counts >= least, vehicle.T, 0.0)
 
 
-def fit_share(vehicle: Vehicle, levels: Levels) -> float:
-    """Share of their ways to the edge that groups of axes can all go at once [-].
-
-    Each group alone reaches h_g(c) along a normal c of the attainable set, of which the set has h(c): the
-    least h(c) / sum of h_g(c). It is 1 where no thruster is shared, and less by as much as noise couples.
-    """
-    normals, wide = edge(vehicle).normals, vehicle.f_max - vehicle.f_min
-    rows = [[vehicle.dof.index(axis) for axis in level] for level in levels]
-    alone = sum(np.abs(normals[:, each] @ vehicle.TP[each]) @ wide for each in rows)
-    together = np.abs(normals @ vehicle.TP) @ wide
-    fits = np.divide(together, alone, out=np.ones(len(normals)), where=alone > together)
-    return float(fits.min(initial=1.0))
-
-
 CHUNK = 4096
 """Demands that are taken together: arrays of a few megabytes stay in a processor's cache."""
 
@@ -162,12 +158,17 @@ class Way:
     ----------
     levels : the axes of each level
     keep : of each level, the share of the way to the edge that it may take
-    direct : whether every attainable demand is reached: no direction is lost, and no level stops early
+    together : True if all levels start at once: each goes as far as it could alone, and then all of them are
+        shortened by one factor until they fit
+    goes_straight : True if no level stops before the edge
+    direct : True if every attainable demand is reached: no direction is lost, and no level stops early
     """
 
-    def __init__(self, vehicle: Vehicle, levels: Levels, keep: Sequence[float]) -> None:
+    def __init__(
+        self, vehicle: Vehicle, levels: Levels, keep: Sequence[float], *, together: bool = False
+    ) -> None:
         """Prepare facets and steps; raises NotApplicable for a vehicle with too many facets."""
-        self.levels = tuple(map(tuple, levels))
+        self.levels, self.together = tuple(map(tuple, levels)), together
         self.keep = tuple(keep)
         self._scale, self._only = vehicle.wrench_scale, None
         if vehicle.azimuths:
@@ -179,10 +180,12 @@ class Way:
             self._slack_of = slack_table(found.push)
         self._TP, self._f_scale = vehicle.TP, vehicle.f_scale
         self._rest, self._size = np.zeros(vehicle.k), np.ones(())
-        self._maps = step_maps(vehicle, levels) * (self._scale / self._scale[:, None])
+        maps = step_maps(vehicle, levels, together=together)
+        self._maps = maps * (self._scale / self._scale[:, None])
         self._unstopped, self._whole = self._if_nothing_stops()
         self._straight = vehicle.rank == vehicle.k
-        self.direct = self._straight and min(self.keep) == 1.0 and self._only is None
+        self.goes_straight = min(self.keep) == 1.0 and not together
+        self.direct = self._straight and self.goes_straight and self._only is None
 
     def departure(self, f_min: FloatArray, f_max: FloatArray) -> Departure:
         """Start of the way within limits (n,), or (N, n) of N calls [N]; where thrusters turn, their own."""
@@ -202,6 +205,9 @@ class Way:
         if (self._unstopped.dot(missing) <= slack).all():
             end = tau if self._straight else w + self._whole.dot(missing) * self._scale
             return end, (1.0,) * len(self.keep)
+        if self.together:
+            ends, each = self._together(missing[None], begin)
+            return ends[0], tuple(each[0].tolist())
         taken = []
         moved = 0.0 * missing
         for D, keep in zip(self._maps, self.keep, strict=True):
@@ -232,6 +238,9 @@ class Way:
             chunk = slice(i, i + CHUNK)
             w, slack, size = begin if begin.slack.ndim == 1 else (each[chunk] for each in begin)
             missing = (taus[chunk] - w) / self._scale
+            if self.together:
+                ends[chunk], taken[chunk] = self._together(missing, Departure(w, slack, size))
+                continue
             moved = np.zeros_like(missing)
             for j, (D, keep) in enumerate(zip(self._maps, self.keep, strict=True)):
                 step = missing @ D.T
@@ -244,6 +253,20 @@ class Way:
             ends[chunk] = w + moved * self._scale
         return ends, taken
 
+    def _together(self, missing: FloatArray, begin: Departure) -> tuple[FloatArray, FloatArray]:
+        """Ends (N, k) [N, N m] and shares (N, L) of levels that start at once; ``missing`` is (N, k) [-]."""
+        w, slack, size = begin
+        moved, along, taken = np.zeros_like(missing), np.zeros(()), []
+        for D in self._maps:
+            step = missing @ D.T
+            own = step @ self._outward.T
+            s = shares(own, slack, np.abs(step).max(axis=1), size, 1.0)[:, None]
+            taken.append(s)
+            moved += s * step
+            along = along + s * own
+        s = shares(along, slack, np.abs(moved).max(axis=1), size, 1.0)[:, None]
+        return w + s * moved * self._scale, s * np.hstack(taken)
+
     def delivered(self, taus: FloatArray, begin: Departure, taken: FloatArray) -> FloatArray:
         """Wrenches (N, k) that shares ``taken`` (N, L) of the levels deliver of demands (N, k) [N, N m]."""
         missing = (taus - begin.wrench) / self._scale
@@ -251,15 +274,20 @@ class Way:
         for D, s in zip(self._maps, taken.T, strict=True):
             step = s[:, None] * (missing @ D.T)
             moved += step
-            missing -= step
+            if not self.together:
+                missing -= step
         return begin.wrench + moved * self._scale
 
     def _if_nothing_stops(self) -> tuple[FloatArray, FloatArray]:
         """Tables for a demand that nothing stops, so that one product tells.
 
-        With d what is missing at the departure, all shares are 1 where the first table, (L, 2M, k), times d
-        is at most the slack; the second, (k, k), times d is the way to where the last level ends.
+        With d what is missing at the departure, all shares are 1 where the first table, (L, 2M, k) or where
+        levels start at once (L + 1, 2M, k), times d is at most the slack; the second, (k, k), times d is the
+        way to where the last level ends.
         """
+        if self.together:
+            whole = self._maps.sum(axis=0)
+            return self._outward @ np.concatenate((self._maps, whole[None])), whole
         left, before = np.eye(len(self._scale)), np.zeros_like(self._outward)
         tables = []
         for D, keep in zip(self._maps, self.keep, strict=True):

@@ -278,7 +278,7 @@ def _shares(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
         through = formulation.parts(answers.whole)[0].way
     except NotApplicable as refusal:
         return 0, str(refusal)
-    maps, count = step_maps(vehicle, through.levels), 0
+    maps, count = step_maps(vehicle, through.levels, together=through.together), 0
     low, high = (np.broadcast_to(side, answers.F.shape) for side in demands.limits)
     partly, given = (answers.share < 1).any(axis=1), np.isin(answers.status, ANSWERED)
     some = [np.flatnonzero(given & which)[:PROGRAMS] for which in (partly, ~partly)]
@@ -286,13 +286,17 @@ def _shares(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
         tau, limits = demands.taus[i], (low[i], high[i])
         at = vehicle.TP @ start(*limits)
         missing = tau - at
+        steps, shares = maps @ missing, answers.share[i]
+        alone = [min(1.0, _reach(vehicle, at, step, limits)) for step in steps if through.together]
+        factor = min(1.0, _reach(vehicle, at, alone @ steps, limits)) if alone else 1.0
         for level, (D, keep) in enumerate(zip(maps, through.keep, strict=True)):
-            step, share = D @ missing, float(answers.share[i, level])
-            best = min(1.0, keep * _reach(vehicle, at, step, limits))
+            step, share = D @ missing, float(shares[level])
+            best = factor * alone[level] if alone else min(1.0, keep * _reach(vehicle, at, step, limits))
             count += 1
             if not abs(share - best) <= SHARE[of.scalar]:
                 return count, f"share {level} of τ = {tau.tolist()} is {share:.9g}, not {best:.9g}"
-            at, missing = at + share * step, missing - share * step
+            if not alone:
+                at, missing = at + share * step, missing - share * step
     return count, ""
 
 

@@ -12,7 +12,10 @@ from alloc.allocation import FloatArray
 from alloc.c import missing
 from alloc.errors import VehicleError
 from alloc.formulations import find_formulation
-from alloc.reach.way import KEEP
+from alloc.reach.attainable import alpha_max_lp
+from alloc.reach.way import KEEP, separations
+from alloc.vehicle.weak import DRAWN
+from bench.demands.surveys import move_poses
 
 TIBURON = load_vehicle("tiburon")
 GROUPS = (("heave", "roll", "pitch"), ("surge", "sway", "yaw"))
@@ -61,6 +64,30 @@ def test_groups_that_share_thrusters_take_turns_as_far_as_linear_programs_go(met
         assert (low <= result.f).all()
         assert (result.f <= high).all()
         assert (result.status is Status.SOLVED) == (min(result.share) == 1.0)
+
+
+@pytest.mark.parametrize("method", ["scaled-by-group", "scaled-by-group@native"])
+def test_groups_that_only_noise_couples_start_at_once_and_are_shortened_until_they_fit(method: str) -> None:
+    """Shares by linear programs of another kind than the facets: each group alone, then all of them."""
+    if "native" in method and missing():
+        pytest.skip(missing())
+    rng = np.random.default_rng(38)
+    vehicle = move_poses(load_vehicle("bluerov2-heavy"), DRAWN, rng)
+    groups = separations(vehicle)[0][1]
+    assert len(groups) == 2
+    allocate, shortened = build(method, vehicle), 0
+    for i, tau in enumerate(demands(vehicle, 20)):
+        narrower = 1.0 if i % 2 else 0.6
+        low, high = narrower * vehicle.f_min, narrower * vehicle.f_max
+        result = allocate(tau) if i % 2 else allocate(tau, f_min=low, f_max=high)
+        steps = [np.where([axis in group for axis in vehicle.dof], tau, 0.0) for group in groups]
+        alone = [min(1.0, alpha_max_lp(vehicle, step, low, high)) for step in steps]
+        end = alone @ np.array(steps)
+        factor = min(1.0, alpha_max_lp(vehicle, end, low, high))
+        shortened += factor < 1.0 - 1e-6
+        np.testing.assert_allclose(result.share, factor * np.array(alone), atol=1e-6)
+        np.testing.assert_allclose(vehicle.TP @ result.f, factor * end, atol=1e-8)
+    assert shortened
 
 
 def test_a_fault_changes_no_number_of_shares() -> None:
