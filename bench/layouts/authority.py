@@ -168,6 +168,18 @@ def safe_shares(layouts: Layouts, found: Spaces) -> FloatArray:
     return np.maximum(share, 0.0)
 
 
+def unannounced_shares(layouts: Layouts, found: Spaces, scale: FloatArray) -> FloatArray:
+    """(B,) share of a wrench that T* tau delivers at worst while one thruster is off and nobody knows [-].
+
+    Thruster i takes T_i G_i tau of it, at most |T_i| |G_i| of its length; lengths over ``scale`` (k,). Below
+    0 what is missed is longer than the demand.
+    """
+    pushed = np.linalg.norm(layouts.T / scale[:, None, None], axis=0)
+    asked = np.linalg.norm(found.G * scale[:, None], axis=1)
+    share: FloatArray = 1.0 - (pushed * asked).max(axis=0)
+    return share
+
+
 MOST_THRUSTERS = 8
 """Most thrusters whose faces are added up: each at a limit or free, n have 3^n."""
 

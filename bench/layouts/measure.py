@@ -11,7 +11,14 @@ from alloc.nullspace.allocator import STEPS_LIMIT
 from alloc.nullspace.region import Regions, nearest_many, steps_bound
 from alloc.vehicle.geometry import DOF, unit
 from bench.judging.loss import FLOOR
-from bench.layouts.authority import closed_form_volumes, reach, safe_shares, volumes, worst_faults
+from bench.layouts.authority import (
+    closed_form_volumes,
+    reach,
+    safe_shares,
+    unannounced_shares,
+    volumes,
+    worst_faults,
+)
 from bench.layouts.space import LayoutSpace, PlacedThrusters, poses
 from bench.layouts.spaces import Layouts, Spaces, spaces, subsets
 from bench.layouts.study import Constraints, Wake
@@ -225,6 +232,7 @@ def numbers(
         "condition_after_one": one.condition,
         "condition_after_two": two.condition if two is not None else none,
         "any_direction_N": far.any_direction,
+        "unannounced_share": unannounced_shares(layouts, found, scale),
         "safe_share": safe_shares(layouts, found),
         "closed_form_volume_share": closed_form_volumes(layouts, found) / sizes.whole,
         "closed_form_served_share": served.closed_form,
@@ -254,6 +262,7 @@ NUMBERS = {
     "condition_after_one": float,
     "condition_after_two": float,
     "any_direction_N": float,
+    "unannounced_share": float,
     "safe_share": float,
     "closed_form_volume_share": float,
     "closed_form_served_share": float,

@@ -74,6 +74,7 @@ COMPARED = (
     "authority_after_one",
     "authority_after_two",
     "any_direction_N",
+    "unannounced_share",
     "safe_share",
     "closed_form_volume_share",
     "closed_form_served_share",

@@ -93,6 +93,9 @@ def check_one(vehicle: Vehicle, numbers: Columns, taus: FloatArray) -> None:
     F, best = closed.many(taus)[0], exact.many(taus)[0]
     backward, forward = single_axis_maxima(vehicle)
     effort = np.einsum("ij,jk,ik->i", best, vehicle.H, best)
+    weighed = np.linalg.inv(vehicle.H) @ vehicle.T.T
+    G = weighed @ np.linalg.inv(vehicle.T @ weighed)
+    left = [np.delete(vehicle.T, i, axis=1) @ np.delete(G, i, axis=0) for i in range(vehicle.n)]
     expected = {
         "authority": attainable_volume(vehicle) * unit,
         "authority_after_one": attainable_volume(worst) * unit if worst.rank == vehicle.k else 0.0,
@@ -100,6 +103,7 @@ def check_one(vehicle: Vehicle, numbers: Columns, taus: FloatArray) -> None:
         "rank_after_two": min(ranks),
         "authority_after_two": min(zip(ranks, sizes, strict=True))[1] * unit,
         "condition": remaining_authority(vehicle)[0].condition,
+        "unannounced_share": 1 - max(np.linalg.norm(np.eye(vehicle.k) - made, 2) for made in left),
         "safe_share": safe_share(vehicle),
         "any_direction_N": (z.support / np.linalg.norm(z.facets / z.scale, axis=1)).min(),
         "closed_form_served_share": loss(vehicle, taus, F, best)["within_1pct_share"],
