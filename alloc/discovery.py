@@ -121,6 +121,7 @@ def generate(
     faults: "Faults | bool" = "one",
     esc: bool = False,
     monitor: FloatArray | None = None,
+    lasting: float | None = None,
     cap: bool = False,
     package: "Package | None" = None,
     maintainer: str = "",
@@ -141,6 +142,7 @@ def generate(
     esc : whether there is also the way to the commands of the ESCs, ``<name>_esc.c``
     monitor : (k,) noise of a measured wrench [N, N m], for a function that accuses thrusters,
         ``<name>_monitor.c``; None for none
+    lasting : calls after which that noise has 1 / e of itself left; None for those of half a second at 50 Hz
     cap : whether there is also the same under a cap on current, ``<name>_cap.c``
     package : the build system whose package it shall be, ``cmake``, ``ros2``, ``platformio``, ``arduino`` or
         ``zephyr``: then all lies in a folder with the function's name
@@ -160,8 +162,9 @@ def generate(
     if esc:
         files |= c.to_escs(target) | {f"test/{target.name}_esc_test.c": c.esc_selftest(target)}
     if monitor is not None:
-        files |= c.monitor(target, monitor)
-        files |= {f"test/{target.name}_monitor_test.c": c.monitor_selftest(target, monitor)}
+        known_noise = monitor, c.LASTING if lasting is None else lasting
+        files |= c.monitor(target, *known_noise)
+        files |= {f"test/{target.name}_monitor_test.c": c.monitor_selftest(target, *known_noise)}
     if cap:
         files |= c.capped(target, package) | {f"test/{target.name}_cap_test.c": c.cap_selftest(target)}
     # Several functions may share a folder.

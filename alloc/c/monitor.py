@@ -55,8 +55,10 @@ ROUNDING: dict[Scalar, float] = {"double": 1e-9, "float": 1e-3}
 """Most that rounding moves log odds, relative to them or to 1 [-]."""
 
 
-def check_noise(vehicle: Vehicle, noise: FloatArray) -> None:
-    """Raise AllocError unless noise (k,) is positive and not too fine for single precision."""
+def check_noise(vehicle: Vehicle, noise: FloatArray, lasting: float = LASTING) -> None:
+    """Raise AllocError unless noise (k,) lasts a call, and is not too fine for single precision."""
+    if not 1.0 <= lasting < np.inf:
+        raise AllocError(f"--lasting: got {lasting:g} calls, expected 1 or more")
     finest = FINEST * _most(vehicle)
     for axis, size, least in zip(vehicle.dof, noise.tolist(), finest.tolist(), strict=True):
         if not (least < size < np.inf):
@@ -118,13 +120,16 @@ def _bound(vehicle: Vehicle) -> float:
     return vehicle.k * (WRENCHES * float(_most(vehicle).max(initial=vehicle.f_scale))) ** 2
 
 
-def monitor(target: Target, noise: FloatArray) -> dict[str, str]:
-    """Header and source of NAME_monitor for that noise (k,) [N, N m], as {file name: text}."""
-    check_noise(target.vehicle, noise)
+def monitor(target: Target, noise: FloatArray, lasting: float = LASTING) -> dict[str, str]:
+    """Header and source of NAME_monitor for that noise (k,) [N, N m], as {file name: text}.
+
+    Noise lasts ``lasting`` calls.
+    """
+    check_noise(target.vehicle, noise, lasting)
     name = f"{target.name}_monitor"
     return {
-        f"{name}.h": _header(target, noise),
-        f"{name}.c": _source(target, noise),
+        f"{name}.h": _header(target, noise, lasting),
+        f"{name}.c": _source(target, noise, lasting),
     }
 
 
@@ -167,7 +172,7 @@ def _signatures(target: Target) -> tuple[str, str]:
     )
 
 
-def _header(target: Target, noise: FloatArray) -> str:
+def _header(target: Target, noise: FloatArray, lasting: float) -> str:
     vehicle, name = target.vehicle, f"{target.name}_monitor"
     sizes = ", ".join(
         f"{axis} {size:.3g} {unit(axis)}" for axis, size in zip(vehicle.dof, noise.tolist(), strict=True)
@@ -191,9 +196,9 @@ def _header(target: Target, noise: FloatArray) -> str:
  * log_odds  natural logarithm of its odds against the next thruster, or against no failure
  *
  * Noise of a wrench, one standard deviation: {sizes}.
- * 1 / e of it is left after {LASTING} calls, half a second at 50 Hz. A residual counts 1 / e after {MEMORY}
- * calls. Losses below {SLIGHT:g} accuse nobody. Above log_odds {ACCUSED:g} such noise accuses less than once
- * in a thousand hours at 100 Hz. It accuses and does not switch: tell a person, or the allocator.
+ * 1 / e of it is left after {lasting:g} calls. A residual counts 1 / e after {MEMORY} calls. Losses
+ * below {SLIGHT:g} accuse nobody. Above log_odds {ACCUSED:g} such noise accuses less than once in a thousand
+ * hours at 100 Hz. It accuses and does not switch: tell a person, or the allocator.
  *
  * No heap, no static data that changes, no recursion, no library call, no division by zero; a call takes
  * bounded time. Not for -ffast-math. C99 and later, C++11 and later.
@@ -226,7 +231,7 @@ extern "C" {{
 """
 
 
-def _source(target: Target, noise: FloatArray) -> str:
+def _source(target: Target, noise: FloatArray, lasting: float) -> str:
     vehicle, scalar, name = target.vehicle, target.scalar, f"{target.name}_monitor"
     program = _watch(vehicle, noise, scalar)
     written = _Watch(program, name)
@@ -264,7 +269,7 @@ def _source(target: Target, noise: FloatArray) -> str:
             second = score;
         }}
     }}
-    *log_odds = {number(0.5 / inflation(LASTING), scalar)} * (best - second);
+    *log_odds = {number(0.5 / inflation(lasting), scalar)} * (best - second);
     return who;
 }}
 """
@@ -299,7 +304,7 @@ accuses; it does not switch. The self-test:
 """
 
 
-def monitor_selftest(target: Target, noise: FloatArray) -> str:
+def monitor_selftest(target: Target, noise: FloatArray, lasting: float = LASTING) -> str:
     """C that asks a sequence of calls, one of them NaN, and compares with answers computed here."""
     vehicle, scalar, name = target.vehicle, target.scalar, f"{target.name}_monitor"
     rng, real = np.random.default_rng(1999), np.float32 if scalar == "float" else np.float64
@@ -309,7 +314,7 @@ def monitor_selftest(target: Target, noise: FloatArray) -> str:
     wrenches = made @ vehicle.TP.T + noise * rng.normal(size=(CASES, vehicle.k))
     F[CASES // 2, 0] = np.nan
     F, wrenches = (each.astype(real).astype(np.float64) for each in (F, wrenches))
-    answers = (each.tolist() for each in accusations(vehicle, noise, F, wrenches))
+    answers = (each.tolist() for each in accusations(vehicle, noise, F, wrenches, lasting))
     rows = "\n".join(
         f"    {{{status}, {i}, {number(odds, scalar)}, {listed(f, scalar)}, {listed(tau, scalar)}}},"
         for status, i, odds, f, tau in zip(*answers, F, wrenches, strict=True)

@@ -32,6 +32,7 @@ from bench.commands import (
 @click.option("--esc", is_flag=True, help="Also C from thrusts to the commands of the vehicle's ESCs.")
 @click.option("--monitor", is_flag=True, help="Also C that accuses a thruster that pushes less than told.")
 @NOISE
+@click.option("--lasting", type=float, metavar="CALLS", help="Until that noise has forgotten itself. [25]")
 @click.option("--cap", is_flag=True, help="Also C that keeps below a cap on current, of the call [A].")
 @click.option(
     "--package",
@@ -51,6 +52,7 @@ def command(
     esc: bool,
     monitor: bool,
     noise: str,
+    lasting: float | None,
     cap: bool,
     package: Literal["cmake", "ros2", "platformio", "arduino", "zephyr"] | None,
     maintainer: str,
@@ -69,8 +71,9 @@ def command(
 
     scalar: Literal["double", "float"] = "float" if single else "double"
     known = load_fixed_vehicle(vehicle) if vehicle else None
-    if noise and not monitor:
-        raise click.UsageError("--noise is of --monitor; give that too")
+    for option, value in (("--noise", noise or None), ("--lasting", lasting)):
+        if value is not None and not monitor:
+            raise click.UsageError(f"{option} is of --monitor; give that too")
     if library:
         if method or limits != "fixed" or faults != "one" or esc or monitor or cap:
             raise click.UsageError(
@@ -83,7 +86,7 @@ def command(
             observed = assumed_noise(known)
         files = generate(
             known, method, scalar=scalar, limits=limits, faults=faults, esc=esc,
-            monitor=observed, cap=cap, package=package, maintainer=maintainer,
+            monitor=observed, lasting=lasting, cap=cap, package=package, maintainer=maintainer,
         )  # fmt: skip
     else:
         raise click.UsageError(f"Missing option '{'--method' if vehicle else '--vehicle'}'.")

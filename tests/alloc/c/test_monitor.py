@@ -61,9 +61,9 @@ def test_a_broken_line_is_seen(old: str, new: str, tmp_path: Path) -> None:
 class Watch:
     """NAME_monitor and NAME_suspect of a vehicle, compiled."""
 
-    def __init__(self, vehicle: Vehicle, noise: FloatArray) -> None:
+    def __init__(self, vehicle: Vehicle, noise: FloatArray, lasting: float = LASTING) -> None:
         target = Target(vehicle=vehicle, method=recipe("pinv"))
-        library = ctypes.CDLL(str(compiled.shared_library(target.name, monitor(target, noise))))
+        library = ctypes.CDLL(str(compiled.shared_library(target.name, monitor(target, noise, lasting))))
         array = np.ctypeslib.ndpointer(dtype=np.float64)
         self.state, self.odds = np.zeros(2 * vehicle.n), np.zeros(1)
         self.monitor, self.suspect = library[f"{target.name}_monitor"], library[f"{target.name}_suspect"]
@@ -111,6 +111,21 @@ def test_on_a_simulated_dive_c_and_python_accuse_the_thruster_that_fails(
     assert (who == expected[1])[odds > 1e-6].all()
     assert who[-1] == thruster
     assert odds[-1] > ACCUSED
+
+
+def test_noise_that_lasts_four_times_as_long_lowers_odds_by_its_inflation() -> None:
+    vehicle = load_vehicle("bluerov2-heavy")
+    weak = np.where(np.arange(8) == 3, 0.0, 1.0)
+    noise, flown = stated(vehicle), felt(vehicle, 3, weak)
+    usual = accusations(vehicle, noise, *flown)[2]
+    for longer in (
+        accusations(vehicle, noise, *flown, 4 * LASTING)[2],
+        Watch(vehicle, noise, 4 * LASTING).all(*flown)[2],
+    ):
+        assert longer * inflation(4 * LASTING) == pytest.approx(
+            usual * inflation(LASTING), rel=1e-9, abs=1e-6
+        )
+    assert inflation(4 * LASTING) > 3.9 * inflation(LASTING)
 
 
 def test_a_healthy_dive_accuses_nobody() -> None:
