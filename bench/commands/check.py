@@ -70,8 +70,8 @@ def command(
         raise click.UsageError("--fit-current is text; leave out --json")
     report = check_vehicle(vehicle, autopilot)
     drawn, mounting = _read(report.path, autopilot) if report.facts is not None else (None, None)
-    if drawn is not None and (probe or failures or log or autopilot or picture):
-        what = "--probe, --failures, --fit-current, --autopilot and --picture"
+    if drawn is not None and (probe or failures or log or autopilot):
+        what = "--probe, --failures, --fit-current and --autopilot"
         refuse_azimuths(drawn.azimuths, what, "they know thrusters along a line")
     tried = probes(drawn) if probe and drawn is not None else None
     echo(to_json(report, tried) if as_json else as_table(report))
@@ -103,14 +103,15 @@ def command(
     return 0
 
 
-def _read(file: Path, autopilot: str) -> "tuple[Vehicle, Mounting | None]":
-    """The vehicle of a file without an error in T or limits, and its poses; None where thrusters turn."""
+def _read(file: Path, autopilot: str) -> "tuple[Vehicle, Mounting]":
+    """The vehicle of a file without an error in T or limits, and the poses of its thrusters."""
     from alloc.lint.autopilot import choose
     from alloc.vehicle.file import build_vehicle, matrices, poses, read_document, vehicle_with
 
     keys = read_document(file).keys
     if any(thruster.azimuth for thruster in keys.thrusters or ()):
-        return build_vehicle(keys), None
+        vehicle = build_vehicle(keys)
+        return vehicle, poses(keys, vehicle.T[:, [first for first, *_ in vehicle.actuators]])
     if autopilot:
         keys.autopilot = choose(autopilot, keys.autopilot)
     T, _ = matrices(keys)
@@ -153,6 +154,7 @@ def _pictures(
     target = picture or Path(f"{file.stem}.svg")
     with mpl.rc_context(SETTINGS):
         said = "drawn from three sides; arrows show which way positive thrust pushes"
+        said += "; polygons, what turning thrusters give" if vehicle.azimuths else ""
         lines = [_saved(sketch(vehicle, mounting), target, picture is not None, said)]
         if vehicle.esc:
             beside = target.with_name(f"{target.stem}-esc{target.suffix}")

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
+from matplotlib.patches import Polygon, Rectangle
 
 from alloc import Vehicle
 from alloc.allocation import FloatArray
@@ -33,6 +33,8 @@ from bench.report.pictures.style import (
 
 LONG_ARROW = 0.28
 """Length of an arrow in the plane of the page, over the vehicle's largest extent."""
+SHORT_ARROW = 0.4
+"""Least length of an arrow beside polygons, over that of the largest force: circles hide shorter ones."""
 STRAIGHT = 0.15
 """A direction whose part in the plane is shorter than this points out of the page or into it."""
 
@@ -84,30 +86,50 @@ def views(frame: str) -> list[View]:
 def sketch(vehicle: Vehicle, poses: Mounting) -> Figure:
     """The figure of a vehicle, to be made and saved within the settings of ``style``.
 
-    Only thrusters that stand on a line of thrust are drawn; the others are listed.
+    Only thrusters that turn or stand on a line of thrust are drawn; the others are listed. ``poses`` has one
+    entry for each thruster; of one that turns, its direction is 0 and its polygon is drawn from above.
     """
     figure = Figure(figsize=(9, 8.2))
     grid = figure.subplots(2, 2)
     standing = np.flatnonzero(poses.stands)
     drawn = poses._replace(positions=poses.positions[standing], directions=poses.directions[standing])
     extent = float(np.ptp(np.vstack([drawn.positions, poses.center]), axis=0).max()) or 1.0
+    most = _largest_forces(vehicle)
+    scale = LONG_ARROW * extent / float(most.max()) if vehicle.azimuths else 0.0
+    least = SHORT_ARROW if vehicle.azimuths else 1.0
+    lengths = np.maximum(scale * most[standing], least * LONG_ARROW * extent)
     seen = views(vehicle.frame)
     for axes, view in zip((grid[0, 0], grid[0, 1], grid[1, 0]), seen, strict=True):
-        _draw(axes, view, drawn, standing.tolist(), extent)
+        _draw(axes, view, drawn, standing.tolist(), lengths, extent)
+    for azimuth in vehicle.azimuths:
+        (place,) = _project(seen[0], poses.positions[[vehicle.actuators.index(tuple(azimuth.components))]])
+        corners = place + scale * _project(seen[0], azimuth.corners)
+        grid[0, 0].add_patch(Polygon(corners, facecolor=(BLUE, 0.12), edgecolor=BLUE, linewidth=1.6))
     _listing(grid[1, 1], vehicle, poses)
-    figure.suptitle(f"{vehicle.name}: arrows show which way positive thrust pushes the vehicle", fontsize=10)
-    _add_names(grid[0, 0], seen[0], drawn, [vehicle.names[i] for i in standing if vehicle.names], extent)
+    shown = "arrows and polygons show how" if vehicle.azimuths else "arrows show which way positive"
+    figure.suptitle(f"{vehicle.name}: {shown} thrust pushes the vehicle", fontsize=10)
+    _add_names(grid[0, 0], seen[0], drawn, [vehicle.names[i] for i in standing if vehicle.names], lengths)
     return figure
 
 
-def _draw(axes: Axes, view: View, poses: Mounting, thrusters: list[int], extent: float) -> None:
+def _largest_forces(vehicle: Vehicle) -> FloatArray:
+    """Largest force (a,) of each thruster, either way or at any angle [N]."""
+    largest = np.maximum(np.abs(vehicle.f_min), np.abs(vehicle.f_max))
+    for azimuth in vehicle.azimuths:
+        largest[azimuth.first] = np.linalg.norm(azimuth.corners, axis=1).max()
+    return largest[[first for first, *_ in vehicle.actuators]]
+
+
+def _draw(
+    axes: Axes, view: View, poses: Mounting, thrusters: list[int], lengths: FloatArray, extent: float
+) -> None:
     points, arrows = _project(view, poses.positions), _project(view, poses.directions)
     facing = view.towards[1] * poses.directions[:, view.towards[0]]
     arrow = {"arrowstyle": "-|>,head_width=0.25,head_length=0.5", "color": BLUE, "linewidth": 1.6}
-    for point, along, out in zip(points, arrows, facing, strict=True):
+    for point, along, out, reach in zip(points, arrows, facing, lengths, strict=True):
         length = float(np.hypot(*along))
         if length > STRAIGHT:
-            tip = point + LONG_ARROW * extent * along
+            tip = point + reach * along
             axes.annotate("", tuple(tip), tuple(point), arrowprops=arrow)
         elif abs(out) > STRAIGHT:  # an arrow's tip, or its feathers
             axes.plot(*point, "o", markersize=21, markerfacecolor="none", markeredgecolor=BLUE)
@@ -121,9 +143,9 @@ def _draw(axes: Axes, view: View, poses: Mounting, thrusters: list[int], extent:
     _set_frame(axes, view, points, extent)
 
 
-def _add_names(axes: Axes, view: View, poses: Mounting, names: list[str], extent: float) -> None:
+def _add_names(axes: Axes, view: View, poses: Mounting, names: list[str], lengths: FloatArray) -> None:
     """Names beside the thrusters, where they cover neither each other nor circles and arrows."""
-    points, arrows = _project(view, poses.positions), LONG_ARROW * extent * _project(view, poses.directions)
+    points, arrows = _project(view, poses.positions), lengths[:, None] * _project(view, poses.directions)
     along = [point + share * arrow for point, arrow in zip(points, arrows, strict=True) for share in ALONG]
     named = [(x, y, name) for (x, y), name in zip(points, names, strict=False)]
     with ignore_missing_letters():
@@ -151,12 +173,14 @@ def _listing(axes: Axes, vehicle: Vehicle, poses: Mounting) -> None:
     axes.axis("off")
     axes.set_xlim(0, 1)
     axes.set_ylim(0, 1)
-    size = min(8.5, 150 / (vehicle.n + 6))
-    step = 1 / (vehicle.n + 6)
+    size = min(8.5, 150 / (len(vehicle.actuators) + 6))
+    step = 1 / (len(vehicle.actuators) + 6)
     rows = [("", "thruster", "limits [N]")]
-    for i in range(vehicle.n):
+    most = _largest_forces(vehicle)
+    for i, (first, *second) in enumerate(vehicle.actuators):
         stands = "" if poses.stands[i] else " (not drawn)"
-        limits = f"{vehicle.f_min[i]:.4g} … {vehicle.f_max[i]:.4g}"
+        limits = f"{vehicle.f_min[first]:.4g} … {vehicle.f_max[first]:.4g}"
+        limits = f"turns, up to {most[i]:.4g}" if second else limits
         rows.append((str(i), ((vehicle.names and vehicle.names[i]) or "") + stands, limits))
     for line, (number, name, limits) in enumerate(rows):
         y = 1 - (line + 0.5) * step
@@ -166,6 +190,9 @@ def _listing(axes: Axes, vehicle: Vehicle, poses: Mounting) -> None:
         f"+ centre of mass; frame {described(vehicle.frame)}",
         "ring: pushes towards you; ring with a cross: away from you",
     ]
+    if vehicle.azimuths:
+        remarks.append("polygons are drawn from above alone; an arrow is as long as")
+        remarks.append(f"its larger limit on their scale, at least {SHORT_ARROW} of the longest")
     if not poses.measured:
         remarks.append("the file gives T alone: each thruster stands where its")
         remarks.append("line of thrust is nearest to the centre of mass")

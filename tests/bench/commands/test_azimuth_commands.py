@@ -5,14 +5,20 @@ import io
 import json
 from pathlib import Path
 
+import matplotlib as mpl
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from matplotlib.patches import Polygon
+from matplotlib.text import Annotation
 
 from alloc import build, load_vehicle
 from alloc.errors import PluginError
 from alloc.vehicle.file import find_file
 from bench.__main__ import cli
+from bench.commands.check import _read
+from bench.report.pictures.sketch import SHORT_ARROW, sketch
+from bench.report.pictures.style import SETTINGS
 
 DEMANDS = "surge,sway,yaw\n300,-50,400\n-600,0,0\n5000,0,0\n"
 PLUGIN = """\
@@ -25,6 +31,17 @@ def build(vehicle):
     def allocate(tau, f_min=None, f_max=None):
         return np.array([350.0, {sway}, -350.0, -{sway}])
     return allocate
+"""
+MIXED = """\
+name: boat
+dof: [surge, sway, yaw]
+thrusters:
+  - {position: [0.5, 0, 0], direction: [0, 1, 0], name: tunnel}
+  - {position: [1.8, 0.4, 0], azimuth: {max: 200}, name: bow}
+  - {position: [-1.8, 0, 0], azimuth: {max: 500, sector_deg: [-20, 90], sides: 32}, name: stern}
+  - {position: [-0.5, 0, 0], direction: [0, 1, 0], name: weak}
+f_min: [-300, -20]
+f_max: [250, 10]
 """
 
 
@@ -64,12 +81,16 @@ def test_with_a_failed_thruster_allocate_goes_on_with_the_other(
     assert (row["status"], row["force0"], row["force1"], row["angle1"]) == ("SOLVED", "0", "300", "0")
 
 
-def test_check_says_the_sets_what_polygons_lose_and_what_failures_cost() -> None:
+def test_check_says_the_sets_what_polygons_lose_and_what_failures_cost(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
     text = run("check double-ended-ferry")
     assert "3 DOF, 2 thrusters, rank 3, d = 1" in text
     for name in ("bow", "stern"):
         assert f"{name} gives up to 500 N in a disc; of it the 16 sides of the polygon lose 1.9 %" in text
     assert "without bow or stern: no" in text
+    assert "double-ended-ferry.svg: drawn" in text
     report = json.loads(run("check double-ended-ferry --json"))
     assert report["usable"]
     assert report["facts"]["n"] == 2
@@ -80,6 +101,34 @@ def test_check_says_what_is_wrong_with_an_azimuth(tmp_path: Path) -> None:
     file.write_text(find_file("double-ended-ferry").read_text().replace("sides: 16", "sides: 2", 1))
     said = CliRunner().invoke(cli, ["check", str(file)]).stdout
     assert "error    line 8, thrusters[0].azimuth.sides: is 2; give 3 to 64 sides" in said
+
+
+@pytest.mark.parametrize(("frame", "starboard"), [("frd", 1.0), ("flu", -1.0)])
+def test_the_drawing_shows_polygons_from_above_on_the_scale_of_arrows(
+    frame: str, starboard: float, tmp_path: Path
+) -> None:
+    """Red before: ``check`` drew no vehicle whose thrusters turn."""
+    (tmp_path / "boat.yaml").write_text(f"{MIXED}frame: {frame}\n")
+    vehicle, mounting = _read(tmp_path / "boat.yaml", "")
+    with mpl.rc_context(SETTINGS):
+        above, *others = sketch(vehicle, mounting).axes
+    bow, stern = (np.array(patch.get_xy())[:-1] for patch in above.patches if isinstance(patch, Polygon))
+    assert not any(isinstance(patch, Polygon) for axes in others for patch in axes.patches)
+    tunnel, weak = (text for text in above.texts if isinstance(text, Annotation) and text.arrow_patch)
+    metres = float(np.linalg.norm(np.subtract(tunnel.xy, tunnel.xyann)))
+    newton = metres / 300.0  # its larger limit
+    places = [[starboard * 0.4, 1.8], [0.0, -1.8]]
+    for drawn, azimuth, place in zip((bow, stern), vehicle.azimuths, places, strict=True):
+        ahead = azimuth.corners[:, ::-1] * [starboard, 1.0]
+        np.testing.assert_allclose(drawn, place + newton * ahead, atol=1e-12)
+    # In closed form: radii of disc and sector, and where the sector lies, from ahead towards y [deg].
+    np.testing.assert_allclose(np.linalg.norm(bow - places[0], axis=1), 200.0 * newton)
+    assert np.linalg.norm(stern - places[1], axis=1).max() == pytest.approx(500.0 * newton)
+    bearings = np.degrees(np.arctan2(*(stern[1:] - places[1]).T)) * starboard
+    assert (bearings.min(), bearings.max()) == pytest.approx((-20.0, 90.0))
+    longest = 500.0 * newton
+    assert np.linalg.norm(np.subtract(weak.xy, weak.xyann)) == pytest.approx(SHORT_ARROW * longest)
+    assert {"tunnel", "weak", "bow", "stern"} <= {text.get_text() for text in above.texts}
 
 
 @pytest.mark.parametrize(("sway", "wrong"), [(0.0, False), (355.0, False), (360.0, True)])

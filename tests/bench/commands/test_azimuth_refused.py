@@ -13,7 +13,6 @@ COMMANDS = (
     "board --vehicle boat.yaml --method nullspace --out out",
     "check boat.yaml --probe",
     "check boat.yaml --failures",
-    "check boat.yaml --picture boat.svg",
     "check boat.yaml --autopilot px4",
     "codegen --vehicle boat.yaml --method nullspace --out out",
     "codegen --vehicle boat.yaml --method scaled --limits call --out out",
