@@ -32,8 +32,8 @@ from alloc.vehicle import Vehicle
 from alloc.vehicle.geometry import unit
 
 LASTING = 25
-"""Calls after which noise has 1 / e of itself left: half a second at 50 Hz, about as long as simulated
-vehicles (docs/studies/dives.py) keep an error of drag."""
+"""Calls after which noise has 1 / e of itself left: half a second at 50 Hz. Simulated vehicles
+(docs/studies/dives.py) keep an error of drag for 0.4 to 0.75 s, by axis."""
 MEMORY = 1024
 """Calls after which a residual counts 1 / e: 20 s at 50 Hz, so that 10 s are little forgotten."""
 SLIGHT = 0.25
@@ -197,8 +197,9 @@ def _header(target: Target, noise: FloatArray, lasting: float) -> str:
  *
  * Noise of a wrench, one standard deviation: {sizes}.
  * 1 / e of it is left after {lasting:g} calls. A residual counts 1 / e after {MEMORY} calls. Losses
- * below {SLIGHT:g} accuse nobody. Above log_odds {ACCUSED:g} such noise accuses less than once in a thousand
- * hours at 100 Hz. It accuses and does not switch: tell a person, or the allocator.
+ * below {SLIGHT:g} accuse nobody. Above log_odds {ACCUSED:g} such noise, without a mean and not followed by
+ * thrusts, accuses less than once in a thousand hours at 100 Hz. It accuses and does not switch: tell
+ * a person, or the allocator.
  *
  * No heap, no static data that changes, no recursion, no library call, no division by zero; a call takes
  * bounded time. Not for -ffast-math. C99 and later, C++11 and later.

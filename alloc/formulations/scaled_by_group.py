@@ -18,7 +18,7 @@ def axes_apart(vehicle: Vehicle) -> list[tuple[float, Levels]]:
 
 
 def straight_in_each_group(vehicle: Vehicle, levels: Levels = ()) -> Way:
-    """A level a group; to the edge where none that comes later shares a thruster, and so nothing is left."""
+    """A level a group, to the edge where no later one shares a thruster; together if noise couples them."""
     levels = levels or axes_apart(vehicle)[0][1]
     keep = keeps(vehicle, levels)
     if min(keep) < 1.0 and not vehicle.groups:

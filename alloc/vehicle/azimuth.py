@@ -123,15 +123,16 @@ def nearest_thrusts(
 def excess(
     azimuths: Sequence[Azimuth], F: FloatArray, f_min: FloatArray, f_max: FloatArray, rounding: float
 ) -> FloatArray:
-    """Distance of thrusts (N, n) beyond each thruster's limits (N, a), negative inside [N].
+    """Distance of thrusts (N, n) beyond each thruster's limits (N, n), negative inside [N].
 
-    Limits are (n,) or (N, n); ``rounding`` is what products may leave beyond a side of a polygon [N].
+    Both components of a thruster that turns have the distance of its force. Limits are (n,) or (N, n);
+    ``rounding`` is what products may leave beyond a side of a polygon [N].
     """
     beyond: FloatArray = np.maximum(F - f_max, f_min - F)
     for azimuth in azimuths:
         sides = F[:, azimuth.components] @ azimuth.normals.T - azimuth.reach
-        beyond[:, azimuth.first] = sides.max(axis=1) - rounding
-    return np.delete(beyond, [azimuth.first + 1 for azimuth in azimuths], axis=1)
+        beyond[:, azimuth.components] = sides.max(axis=1, keepdims=True) - rounding
+    return beyond
 
 
 def check_azimuths(

@@ -69,7 +69,10 @@ def check_directions(thrusters: Sequence[Thruster], *, turning: bool = False) ->
         key = f"thrusters[{i}]"
         if thruster.azimuth is not None:
             if not turning:
-                raise VehicleError(f"{key}: azimuth thrusters are not supported here yet", key)
+                raise VehicleError(
+                    f"{key}: has azimuth, which is not supported here yet; take a vehicle of fixed thrusters",
+                    key,
+                )
         elif thruster.direction is MISSING:
             raise VehicleError(f"{key}: key 'direction' is missing; give a unit vector, or 'azimuth'", key)
     directions = np.array([(1.0, 0.0, 0.0) if t.azimuth else t.direction for t in thrusters])

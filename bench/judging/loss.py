@@ -138,8 +138,8 @@ def loss(
     effort = effort_over_optimum(vehicle, taus, F, reference, (low, high))
     beyond = _excess(vehicle, F, (low, high))
     violated = (beyond.max(axis=1) > AT_LIMIT).astype(float)
-    moves = (high > low)[:, [first for first, *_ in vehicle.actuators]]
-    saturated = (moves & (beyond >= -AT_LIMIT)).sum(axis=1).astype(float)
+    firsts = [first for first, *_ in vehicle.actuators]
+    saturated = ((high > low) & (beyond >= -AT_LIMIT))[:, firsts].sum(axis=1).astype(float)
     total = max(len(taus_all), 1)
     numbers = {
         "answered_share": len(taus) / total,
@@ -163,7 +163,7 @@ def loss(
 
 
 def _excess(vehicle: Vehicle, F: FloatArray, limits: Limits) -> FloatArray:
-    """``excess`` of each thruster (N, a) as a share of f_scale [-]."""
+    """``excess`` of each component (N, n) as a share of f_scale [-]."""
     low, high = limits or (vehicle.f_min, vehicle.f_max)
     share: FloatArray = excess(vehicle.turning, F, low, high, SPARE * vehicle.f_scale) / vehicle.f_scale
     return share

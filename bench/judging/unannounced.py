@@ -101,8 +101,10 @@ def announced_costs(vehicle: Vehicle, taus: FloatArray) -> list[FailureCost]:
 
 def _cost(vehicle: Vehicle, taus: FloatArray, made: list[FloatArray]) -> partial[FailureCost]:
     """Numbers of a cost; ``made`` has thrusts (N, n) [N] for each working thruster's failure in turn."""
-    strong, asked = strong_vehicle(vehicle), strong_demands(vehicle, taus)
-    unlimited = np.full(vehicle.n, -np.inf), np.full(vehicle.n, np.inf)  # what is made is inside already
+    asked = strong_demands(vehicle, taus)
+    # What is made is made: a force that is reversed lies outside a sector, and is not cut at it.
+    strong = replace(strong_vehicle(vehicle), azimuths=(), names=())
+    unlimited = np.full(vehicle.n, -np.inf), np.full(vehicle.n, np.inf)
     answers = [np.nan_to_num(F, nan=0.0) for F in made]  # without an answer nothing is delivered
     shares = [share_along(strong, asked, F, unlimited) for F in answers]
     shares = [np.nan_to_num(share, nan=1.0) for share in shares]  # of demands too small for a direction

@@ -59,6 +59,22 @@ def test_a_run_of_a_ferry_judges_by_polygons_and_goes_on_behind_what_refuses(
     assert "bow off" in details
 
 
+def test_a_ferry_with_one_end_off_is_judged_by_what_is_left(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    line = "run --vehicle double-ended-ferry --fault bow --method nullspace --method pinv --demands inactive"
+    line += " --n 8 --repeats 1 --budget-ms 1 --level tight --out out"
+    result = CliRunner().invoke(cli, line.split(), standalone_mode=False)
+    assert result.return_value == 0, result.output
+    judged = {cell.key.method: cell.judged for cell in read(tmp_path / "out").cells}
+    for method in ("nullspace", "pinv"):
+        found = judged[method]
+        assert found is not None
+        assert found.wrong == ""
+        assert found.loss["limits_violated_share"] == 0.0
+
+
 def test_a_worker_gets_the_polygons_of_a_vehicle() -> None:
     ferry = load_vehicle("double-ended-ferry")
     for vehicle in (ferry, ferry.with_fault("bow")):

@@ -1,5 +1,6 @@
 """Failures that nobody announces: what is made of the thrusts told, and what that costs."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -101,6 +102,21 @@ def test_once_announced_a_thruster_that_turns_stays_within_what_its_failure_leav
         assert made[1:, [x, y]] == pytest.approx(F[:-1, [x, y]])
     if failure == "reversed":  # half a turn of a disc is the same disc
         assert made @ vehicle.T.T == pytest.approx(taus, abs=1e-6)
+
+
+def test_a_sector_that_is_reversed_makes_what_it_can_t_be_told_to() -> None:
+    """Ahead 100 N of each end, one of them reversed: nothing is left, though astern is outside the sector."""
+    ferry = load_vehicle("double-ended-ferry")
+    bow, stern = ferry.azimuths
+    angles = np.radians([-60.0, -20.0, 20.0, 60.0])
+    corners = np.vstack([[0.0, 0.0], 500.0 * np.column_stack([np.cos(angles), np.sin(angles)])])
+    vehicle = replace(ferry, azimuths=(replace(bow, corners=corners), stern))
+    taus = np.array([[200.0, 0.0, 0.0]])
+    F = np.zeros((1, vehicle.n))
+    F[:, [own[0] for own in vehicle.actuators]] = 100.0
+    costs = {cost.failure: cost for cost in failure_costs(vehicle, "scaled", taus, F)}
+    assert costs["reversed"].share_min == [0.0, 0.0]
+    assert costs["off"].share_min == [0.5, 0.5]
 
 
 def test_once_announced_what_can_be_met_is_met_and_the_rest_by_its_largest_share() -> None:
