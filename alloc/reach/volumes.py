@@ -28,7 +28,7 @@ def attainable_volume(vehicle: Vehicle) -> float:
     associated zonotopes"). Raises NotApplicable for more than TILES parallelepipeds. Where thrusters turn the
     set is no zonotope, and its volume that of the hull of its vertices.
     """
-    return float(_hull(vehicle).volumes.sum() if vehicle.azimuths else _tiles(vehicle).volumes.sum())
+    return _hull(vehicle).volume if vehicle.azimuths else float(_tiles(vehicle).volumes.sum())
 
 
 def uniform_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
@@ -79,7 +79,7 @@ def closed_form_volume(vehicle: Vehicle) -> float:
     moved = np.linalg.norm(A, axis=1) > RANK_TOLERANCE * np.linalg.norm(rows)
     if (limits.reach[~moved] < 0).any():
         return 0.0
-    volume = _polytope(vehicle.name, A[moved], limits.reach[moved] / vehicle.f_scale).volumes.sum()
+    volume = _polytope(vehicle.name, A[moved], limits.reach[moved] / vehicle.f_scale).volume
     return float(volume * vehicle.f_scale ** A.shape[1])
 
 
@@ -161,10 +161,12 @@ class _Simplices:
     ----------
     corners : (M, r + 1, r) of each simplex
     volumes : (M,) of each
+    volume : of the polytope, by Qhull: where it merges facets, simplices differ by up to 1e-4 of it
     """
 
     corners: FloatArray
     volumes: FloatArray
+    volume: float
 
 
 def _polytope(name: str, A: FloatArray, b: FloatArray) -> _Simplices:
@@ -177,25 +179,26 @@ def _polytope(name: str, A: FloatArray, b: FloatArray) -> _Simplices:
     r = A.shape[1]
     inside, clearance = _center(A, b)
     if clearance <= RANK_TOLERANCE:
-        return _Simplices(np.zeros((0, r + 1, r)), np.zeros(0))
+        return _Simplices(np.zeros((0, r + 1, r)), np.zeros(0), 0.0)
     if r == 1:
         ends = b / A[:, 0]
         vertices = np.array([ends[A[:, 0] < 0].max(), ends[A[:, 0] > 0].min()])[:, None]
         surface: IndexArray = np.arange(2)[:, None]
+        volume = float(vertices[1, 0] - vertices[0, 0])
     else:
         try:
             vertices = HalfspaceIntersection(np.column_stack([A, -b]), inside).intersections
             try:
-                surface = np.asarray(ConvexHull(vertices).simplices, dtype=np.intp)
+                hull = ConvexHull(vertices)
             except QhullError:  # vertices that coincide but for rounding; Q14 merges their facets
-                merged = ConvexHull(vertices, qhull_options="Qt Qx Q14")
-                surface = np.asarray(merged.simplices, dtype=np.intp)
+                hull = ConvexHull(vertices, qhull_options="Qt Qx Q14")
+            surface, volume = np.asarray(hull.simplices, dtype=np.intp), float(hull.volume)
         except QhullError as error:
             raise SolverError(f"{name}: Qhull on a polytope: {str(error).splitlines()[0]}") from None
     middle = np.broadcast_to(inside, (len(surface), 1, r))
     corners = np.concatenate([middle, vertices[surface]], axis=1)
     volumes = np.abs(np.linalg.det(corners[:, 1:] - middle)) / factorial(r)
-    return _Simplices(corners, volumes)
+    return _Simplices(corners, volumes, volume)
 
 
 @lru_cache(maxsize=16)
@@ -215,7 +218,9 @@ def _hull(vehicle: Vehicle) -> _Simplices:
     middle = z.center / z.scale
     beside = middle - basis @ (basis.T @ middle)
     return _Simplices(
-        (found.corners @ basis.T + beside) * z.scale, found.volumes * vehicle.f_scale**z.dimension
+        (found.corners @ basis.T + beside) * z.scale,
+        found.volumes * vehicle.f_scale**z.dimension,
+        found.volume * vehicle.f_scale**z.dimension,
     )
 
 
