@@ -161,7 +161,7 @@ class _Simplices:
     ----------
     corners : (M, r + 1, r) of each simplex
     volumes : (M,) of each
-    volume : of the polytope, by Qhull: where it merges facets, simplices differ by up to 1e-4 of it
+    volume : of the polytope, by Qhull; where that merges facets, the sum over simplices was 3e-5 off
     """
 
     corners: FloatArray

@@ -272,10 +272,9 @@ def _delivered(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
 
 
 def _shares(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
-    formulation = find_formulation(recipe(of.kernel).formulation)
     vehicle, demands = answers.vehicle, answers.question.demands
     try:
-        through = formulation.parts(answers.whole)[0].way
+        through = find_formulation(recipe(of.kernel).formulation).parts(answers.whole)[0].way
     except NotApplicable as refusal:
         return 0, str(refusal)
     maps, count = step_maps(vehicle, through.levels, together=through.together), 0
@@ -283,20 +282,21 @@ def _shares(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
     partly, given = (answers.share < 1).any(axis=1), np.isin(answers.status, ANSWERED)
     some = [np.flatnonzero(given & which)[:PROGRAMS] for which in (partly, ~partly)]
     for i in np.concatenate(some).tolist():
-        tau, limits = demands.taus[i], (low[i], high[i])
-        at = vehicle.TP @ start(*limits)
-        missing = tau - at
-        steps, shares = maps @ missing, answers.share[i]
-        alone = [min(1.0, _reach(vehicle, at, step, limits)) for step in steps if through.together]
-        factor = min(1.0, _reach(vehicle, at, alone @ steps, limits)) if alone else 1.0
-        for level, (D, keep) in enumerate(zip(maps, through.keep, strict=True)):
-            step, share = D @ missing, float(shares[level])
-            best = factor * alone[level] if alone else min(1.0, keep * _reach(vehicle, at, step, limits))
+        tau, limits, shares = demands.taus[i], (low[i], high[i]), answers.share[i].tolist()
+        at, best = vehicle.TP @ start(*limits), list[float]()
+        if through.together:
+            steps = maps @ (tau - at)
+            alone = [min(1.0, _reach(vehicle, at, step, limits)) for step in steps]
+            best = (min(1.0, _reach(vehicle, at, alone @ steps, limits)) * np.array(alone)).tolist()
+        else:
+            for D, keep, share in zip(maps, through.keep, shares, strict=True):
+                step = D @ (tau - at)
+                best.append(min(1.0, keep * _reach(vehicle, at, step, limits)))
+                at = at + share * step
+        for level, (share, largest) in enumerate(zip(shares, best, strict=True)):
             count += 1
-            if not abs(share - best) <= SHARE[of.scalar]:
-                return count, f"share {level} of τ = {tau.tolist()} is {share:.9g}, not {best:.9g}"
-            if not alone:
-                at, missing = at + share * step, missing - share * step
+            if not abs(share - largest) <= SHARE[of.scalar]:
+                return count, f"share {level} of τ = {tau.tolist()} is {share:.9g}, not {largest:.9g}"
     return count, ""
 
 

@@ -39,8 +39,8 @@ def refusal(row: Row, problem: Problem | None, even: Loss | None = None) -> Refu
     demands that were drawn to be beyond what the vehicle can do, or about the moment at which a mission comes
     to that, a share would say nothing. A method that refuses is named as such of a log that is met, too: the
     next dive may ask for more. One that delivers nothing of a demand that can be met, or MISSED_MUCH of most,
-    counts as one that refuses all;
-    that is for those drawn evenly to say where their loss is known, not for a small set drawn otherwise.
+    counts as one that refuses all. Where the loss of demands drawn evenly is known they alone say that, not a
+    small set drawn otherwise.
     """
     refused = _log_refusal(row, problem)
     if even and even.missed_much is not None and problem and is_random(problem):
