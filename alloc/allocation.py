@@ -54,6 +54,9 @@ class Allocation(NamedTuple):
     residual : (k,) T P f minus the promised wrench [N, N m]: what thrusts make along weak directions; empty
         for a method without levels
     amps : (n,) current of each thruster [A]; empty for a call without a cap
+    forces : (m,) force of each thruster [N], of one that turns its size; empty where none turns
+    angles : (m,) of each thruster that turns, from x towards y, -180 … 180, 0 without a force [deg], NaN of
+        others; empty where none turns
 
     Raises TypeError where it is asked whether it is true: ``found`` and ``status`` say two different things.
     """
@@ -65,6 +68,23 @@ class Allocation(NamedTuple):
     share: tuple[float, ...] = ()
     residual: FloatArray | tuple[()] = ()
     amps: FloatArray | tuple[()] = ()
+    forces: FloatArray | tuple[()] = ()
+    angles: FloatArray | tuple[()] = ()
+
+    def nearest_angles(self, last: ArrayLike) -> FloatArray:
+        """Angles (m,) [deg] the shortest way round from the ``last`` ones (m,), by half a turn at most.
+
+        They go on beyond 180. A thruster without a force, or without an answer, keeps its last angle; one
+        without a last angle, NaN, takes that of ``angles``. Raises DemandError for another shape, and for
+        infinity.
+        """
+        before, m = np.asarray(last, dtype=np.float64), len(self.angles)
+        if before.shape != (m,) or np.isinf(before).any():
+            raise DemandError(f"last has shape {before.shape}; give ({m},), a finite angle a thruster [deg]")
+        known, angles = ~np.isnan(before), np.asarray(self.angles)
+        turn = (angles - before + 180.0) % 360.0 - 180.0
+        kept = np.isnan(angles) | (known & (np.asarray(self.forces) == 0.0))
+        return np.where(kept, before, np.where(known, before + turn, angles))
 
     @property
     def found(self) -> bool:
@@ -228,7 +248,7 @@ def answer(
     amps: FloatArray | tuple[()] = (),
 ) -> Allocation:
     """An Allocation, made without NamedTuple's slower Python-level constructor."""
-    return _new(Allocation, (f, status, iterations, solver_s, share, residual, amps))
+    return _new(Allocation, (f, status, iterations, solver_s, share, residual, amps, (), ()))
 
 
 def checked(tau: ArrayLike, k: int) -> FloatArray:

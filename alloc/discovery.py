@@ -16,6 +16,7 @@ from alloc.files.modules import check_for, modules, names
 from alloc.files.modules import module as named_module
 from alloc.foreign import COMMAND, is_command, is_compiled, runs_apart
 from alloc.formulations import Family, find_formulation, nearly
+from alloc.live.azimuths import AzimuthAllocator
 from alloc.live.plain import ANY_DISTANCE, EXACT, Plain, check_declared
 from alloc.vehicle import Vehicle
 from alloc.vehicle.azimuth import refuse_azimuths
@@ -93,7 +94,8 @@ def prepare(entry: Entry, vehicle: Vehicle, *, start: str = "", level: str = "")
             if value not in offered:
                 raise UnknownName(f"{entry.name} has no {key} '{value}'; it has {', '.join(offered)}")
             options[key] = value
-    return entry.prepare(vehicle, **options)
+    allocator = entry.prepare(vehicle, **options)
+    return AzimuthAllocator(allocator, vehicle) if vehicle.azimuths else allocator
 
 
 def find(name: str) -> Entry:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import ceil
+from math import atan2, ceil, degrees, hypot, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +15,8 @@ NEARLY = 1e-12
 """Share of the largest force that counts as zero in a corner or in the reach of a side."""
 
 
+NOTHING = 1e-9
+"""Share of the largest limit up to which a force has no angle: rounding decides that of a smaller one [-]."""
 SPARE = 8 * float(np.finfo(np.float64).eps)
 """Share of the largest limit by which thrusts are moved further in than a side asks [-]."""
 
@@ -176,13 +178,22 @@ def actuators(azimuths: Sequence[Azimuth], n: int) -> tuple[tuple[int, ...], ...
     return tuple((i, i + 1) if i in turning else (i,) for i in range(n) if i not in seconds)
 
 
-def polar(azimuths: Sequence[Azimuth], F: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Force (N, a) [N] and angle (N, a) [deg] of each thruster that turns, of thrusts (N, n) [N].
+def polar(
+    parts: Sequence[Sequence[int]], f: Sequence[float], largest: float
+) -> tuple[list[float], list[float]]:
+    """Force (m,) [N] and angle (m,) [deg] of each thruster, of thrusts (n,) [N].
 
-    Angles lie in -180 … 180, from x towards y, and are 0 where there is no force.
+    ``parts`` are the components of each. Of one that turns the angle lies in -180 … 180, from x towards y. A
+    force up to NOTHING of the ``largest`` [N] is none, and its angle 0. Of a fixed one the angle is NaN.
     """
-    x, y = (F[:, [azimuth.components[i] for azimuth in azimuths]] for i in (0, 1))
-    return np.hypot(x, y), np.degrees(np.arctan2(y + 0.0, x + 0.0))
+    forces, angles = list[float](), list[float]()
+    for first, *second in parts:
+        x, y = f[first] + 0.0, f[second[0]] + 0.0 if second else 0.0
+        force = hypot(x, y)
+        nothing = force <= NOTHING * largest
+        forces.append(x if not second else 0.0 if nothing else force)
+        angles.append(nan if not second else 0.0 if nothing else degrees(atan2(y, x)))
+    return forces, angles
 
 
 def refuse_azimuths(azimuths: Sequence[Azimuth], what: str, reason: str) -> None:

@@ -67,7 +67,8 @@ def command(
     nominal one, and shares say what is left of the demand. Methods that take no cap refuse it.
 
     Of a thruster that turns f has two columns, along x and y; behind all others stand force0 [N] and angle0
-    [deg], from x towards y, of the thruster's number in the file.
+    [deg], from x towards y, of the thruster's number in the file. Angles go the shortest way round from row
+    to row, on beyond 180, and stay where there is no force.
 
     Where a plug-in's answer is wrong by the equations, nothing is written and a line says which: asked are
     wrench, limits and shares. Whether it is the optimum that FORMULATION promises, `run` says.

@@ -3,7 +3,7 @@
 import csv
 import io
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from math import nan
+from math import isnan, nan
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,8 +12,8 @@ import numpy as np
 from alloc import Allocation, Status, Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
+from alloc.live.azimuths import with_angles
 from alloc.vehicle import LARGEST
-from alloc.vehicle.azimuth import polar
 from alloc.vehicle.esc import Made
 from alloc.vehicle.frame import turned
 from alloc.vehicle.geometry import MOMENTS
@@ -323,12 +323,20 @@ def format_thrusts(
 
 
 def polar_columns(vehicle: Vehicle, answers: Sequence[Allocation]) -> dict[str, list[float]]:
-    """Columns force0 [N] and angle0 [deg] of each thruster that turns, by its number; NaN without thrusts."""
-    force, angle = polar(vehicle.azimuths, np.array([answer.f for answer in answers]).reshape(-1, vehicle.n))
-    numbers = [i for i, components in enumerate(vehicle.actuators) if len(components) > 1]
-    columns: dict[str, list[float]] = {}
-    for number, forces, angles in zip(numbers, force.T, angle.T, strict=True):
-        columns |= {f"force{number}": forces.tolist(), f"angle{number}": angles.tolist()}
+    """Columns force0 [N] and angle0 [deg] of each thruster that turns, by its number; NaN without thrusts.
+
+    Angles go the shortest way round from those of the last answer, and on beyond 180.
+    """
+    turning = [i for i, components in enumerate(vehicle.actuators) if len(components) > 1]
+    columns = {f"{name}{i}": list[float]() for i in turning for name in ("force", "angle")}
+    last = np.full(len(vehicle.actuators), nan)
+    for answer in answers:
+        said = with_angles(vehicle, answer)
+        last = said.nearest_angles(last)
+        for i in turning:
+            force = float(said.forces[i])
+            columns[f"force{i}"].append(force)
+            columns[f"angle{i}"].append(nan if isnan(force) else float(last[i]))
     return columns
 
 

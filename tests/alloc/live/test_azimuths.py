@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from alloc import NotApplicable, Status, Vehicle, alpha_max, build
+from alloc import NotApplicable, Status, Vehicle, alpha_max, build, load_vehicle
+from alloc.allocation import BoundedSteps, TwoStage
+from alloc.errors import DemandError
 from alloc.qp import pose_hard
 from alloc.qp.certificate import certify
 from alloc.solvers import default_level, load, missing, names, slow
@@ -79,3 +81,60 @@ def test_a_certificate_of_bounds_alone_refuses_sides() -> None:
     qp = pose_hard(boats(1)[0]).qp
     with pytest.raises(NotApplicable, match="tries multipliers of bounds alone"):
         certify(qp, np.zeros(3), np.zeros(len(qp.g)))
+
+
+@pytest.mark.parametrize("method", ["nullspace", "scaled", "pinv", "qp/daqp"])
+def test_an_answer_says_force_and_angle_of_each_thruster(method: str) -> None:
+    rng = np.random.default_rng(14)
+    for vehicle in boats(8):
+        try:
+            allocate = build(method, vehicle)
+        except NotApplicable:
+            continue
+        for tau in demands_around(vehicle, rng, 3) * 0.1:
+            result = allocate(tau)
+            assert len(result.forces) == len(result.angles) == len(vehicle.actuators)
+            for at, force, angle in zip(vehicle.actuators, result.forces, result.angles, strict=True):
+                own = result.f[list(at)]
+                if len(at) == 1:
+                    assert np.isnan(angle)
+                    assert force == pytest.approx(own[0], nan_ok=True)
+                elif result.found:
+                    made = force * np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
+                    assert made == pytest.approx(own, abs=1e-8 * vehicle.f_scale)
+                else:
+                    assert np.isnan([force, angle]).all()
+
+
+def test_a_force_that_rounding_leaves_has_no_angle() -> None:
+    ferry = load_vehicle("double-ended-ferry")
+    result = build("pinv", ferry)([1e-13, 1e-13, 0.0])
+    assert [*result.forces, *result.angles] == [0.0] * 4
+
+
+def test_angles_go_the_shortest_way_round_and_stay_where_there_is_no_force_or_answer() -> None:
+    """In closed form: the ferry's thrusters push along the demand, which goes round twice in steps of 40."""
+    allocate = build("nullspace", load_vehicle("double-ended-ferry"))
+    angles = np.full(2, np.nan)
+    for asked_deg in range(0, 720, 40):
+        radians = np.radians(asked_deg)
+        angles = allocate([300.0 * np.cos(radians), 300.0 * np.sin(radians), 0.0]).nearest_angles(angles)
+        assert angles == pytest.approx([asked_deg, asked_deg], abs=1e-9)
+        for nothing in ([0.0, 0.0, 0.0], [1e6, 0.0, 0.0]):
+            assert (allocate(nothing).nearest_angles(angles) == angles).all()
+    assert allocate([0.0, 0.0, 0.0]).nearest_angles([np.nan, 7.0]).tolist() == [0.0, 7.0]
+    for wrong in ([0.0], [0.0, np.inf]):
+        with pytest.raises(DemandError, match=r"give \(2,\), a finite angle a thruster \[deg\]$"):
+            allocate([1.0, 0.0, 0.0]).nearest_angles(wrong)
+
+
+def test_a_vehicle_of_fixed_thrusters_has_neither_forces_nor_angles() -> None:
+    result = build("nullspace", load_vehicle("ukwial"))([1.0, 0.0, 0.0])
+    assert (result.forces, result.angles) == ((), ())
+
+
+def test_what_an_allocator_is_told_by_stays_where_answers_have_angles() -> None:
+    ferry = load_vehicle("double-ended-ferry")
+    assert isinstance(build("qp/daqp", ferry), TwoStage)
+    assert isinstance(build("nullspace", ferry), BoundedSteps)
+    assert not isinstance(build("pinv", ferry), TwoStage | BoundedSteps)

@@ -81,6 +81,21 @@ def test_with_a_failed_thruster_allocate_goes_on_with_the_other(
     assert (row["status"], row["force0"], row["force1"], row["angle1"]) == ("SOLVED", "0", "300", "0")
 
 
+def test_angles_of_a_file_go_the_shortest_way_round_from_row_to_row(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Red before: 170 deg was followed by -170, which is 340 deg away, and no force by 0 deg."""
+    monkeypatch.chdir(tmp_path)
+    degrees = [170, 190, 350, 380]
+    rows = [[300 * np.cos(np.radians(a)), 300 * np.sin(np.radians(a)), 0.0] for a in degrees]
+    asked = [rows[0], [0.0] * 3, [1e6, 0.0, 0.0], *rows[1:]]
+    (tmp_path / "asked.csv").write_text("surge,sway,yaw\n" + "\n".join(",".join(map(str, r)) for r in asked))
+    text = run("allocate --vehicle double-ended-ferry --method nullspace asked.csv")
+    for i in (0, 1):
+        said = [float(row[f"angle{i}"]) for row in csv.DictReader(io.StringIO(text))]
+        assert said == pytest.approx([170, 170, np.nan, 190, 350, 380], nan_ok=True)
+
+
 def test_check_says_the_sets_what_polygons_lose_and_what_failures_cost(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
