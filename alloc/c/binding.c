@@ -24,6 +24,8 @@ typedef int (*context_kernel)(const void *context, const double *tau, const doub
                               double *f, double *share);
 typedef void (*abreast)(const double *tau, const double *f_min, const double *f_max, long step, double *f,
                         signed char *status);
+typedef void (*context_abreast)(const void *context, const double *tau, const double *f_min, const double *f_max,
+                                long step, double *f, signed char *status);
 
 enum { WHOLE = -1 }; /* the fault of a vehicle as it is: its own faults are in the C */
 enum { FIRST_WITHOUT_THRUST = 2, LAST_STATUS = 3, MOST_LEVELS = 16 };
@@ -44,7 +46,7 @@ typedef struct {
     vectorcallfunc vectorcall;
     void *fixed;
     void *call;
-    void *context; /* first argument of `call`, which then answers both forms of limits; NULL where there is none */
+    void *context; /* first argument of `call`, which then answers both forms of limits, as `side_by_side` does; or NULL */
     void *side_by_side[2]; /* the same for ABREAST demands, once asked for and where there is code for that */
     int asked[2];
     int k;
@@ -218,12 +220,16 @@ static npy_intp solve_some(const Native *self, const double *tau, const double *
                            const npy_intp step[2], npy_intp left, double *f, npy_int8 *status)
 {
     double share[MOST_LEVELS];
-    const abreast many = (abreast)self->side_by_side[f_min != NULL];
+    void *const many = self->side_by_side[f_min != NULL];
     if (many == NULL || left < ABREAST || step[0] != step[1]) {
         *status = (npy_int8)solve(self, tau, f_min, f_max, f, share);
         return 1;
     }
-    many(tau, f_min, f_max, (long)step[0], f, status);
+    if (self->context != NULL) {
+        ((context_abreast)many)(self->context, tau, f_min, f_max, (long)step[0], f, status);
+    } else {
+        ((abreast)many)(tau, f_min, f_max, (long)step[0], f, status);
+    }
     for (npy_intp i = 0; i < ABREAST; i++) {
         if (status[i] < 0) { /* what it sums up is not finite */
             const double *low = f_min != NULL ? f_min + i * step[0] : NULL;

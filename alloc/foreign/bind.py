@@ -1,17 +1,19 @@
 """A shared library that exports ``thrustbench_allocator.h``, called as generated C is, on copies in walls."""
 
 import ctypes
+import weakref
+from dataclasses import replace
 from functools import partial
 from importlib import resources
 from pathlib import Path
 from types import ModuleType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from alloc.allocation import Allocator
-from alloc.c.bind import native
-from alloc.c.compiled import STANDARD, missing, shared_library
+from alloc.c.bind import COUNT, native
+from alloc.c.compiled import NATIVE, STANDARD, missing, processor, shared_library
 from alloc.errors import NotApplicable, NotInstalled, PluginError
 from alloc.formulations import find_formulation
 from alloc.live.plain import ANY_DISTANCE
@@ -26,6 +28,10 @@ WALL, STONE = 4, -1.2345678e30
 """Count and value of the guard numbers around each array that a library gets."""
 MOST = 200
 """Most characters of a library's own text that are repeated."""
+
+
+PLACES = ctypes.c_void_p * 7
+"""Addresses of the arrays that a call reads and writes, and of what follows the wall behind the last."""
 
 
 class _Vehicle(ctypes.Structure):
@@ -51,12 +57,10 @@ class _Promise(ctypes.Structure):
 
 class _Context(ctypes.Structure):
     _fields_ = (
-        ("call", ctypes.c_void_p),
-        ("allocator", ctypes.c_void_p),
-        ("reset", ctypes.c_void_p),
+        *((name, ctypes.c_void_p) for name in ("call", "many", "allocator", "reset")),
         ("name", ctypes.c_char_p),
         *((name, ctypes.c_int) for name in ("k", "n", "shares")),
-        ("room", ctypes.c_void_p),
+        *((name, PLACES) for name in ("one", "several")),
     )
 
 
@@ -108,16 +112,17 @@ def bound(
 
     With the start ``cold`` it forgets all earlier calls before each.
     With ``is_idle`` a function that does nothing stands in place of the library's: its calls are the way in.
+    A library that takes faults gets a vehicle as it was before them; the limits of a thruster that is off are
+    no longer known, and the largest of all stand there.
     """
     if lacking := missing():
         raise NotInstalled(f"{path}: {lacking}")
     scalar = SCALARS[library.tba_interface()]
     way = find_formulation(promise.formulation).way
     shares = len(way(vehicle).keep) if way else 0
-    numbers, room = (
-        vehicle_numbers(vehicle, scalar),
-        np.full(vehicle.k + 3 * vehicle.n + shares + 6 * WALL, STONE, dtype=scalar),
-    )
+    numbers = vehicle_numbers(vehicle, scalar)
+    if told := bool(vehicle.faults) and hasattr(library, "tba_fault"):
+        readiness, numbers = numbers[2], vehicle_numbers(_whole(vehicle), scalar)
     dof = (ctypes.c_char_p * vehicle.k)(*(axis.encode() for axis in vehicle.dof))
     subject = _Vehicle(
         ctypes.sizeof(_Vehicle), vehicle.k, vehicle.n,
@@ -131,24 +136,61 @@ def bound(
         raise NotApplicable(
             f"{vehicle.name}: {path.name} refuses it: {_text(reason.value) or 'no reason given'}"
         )
+    context = _Context(allocator=allocator, name=path.name.encode(), k=vehicle.k, n=vehicle.n, shares=shares)
+    needs = (library, subject, numbers, dof)
+    if hasattr(library, "tba_free"):
+        weakref.finalize(context, _free, allocator, *needs)
+    if told and library.tba_fault(ctypes.c_void_p(allocator), ctypes.c_void_p(readiness.ctypes.data)):
+        raise NotApplicable(f"{vehicle.name}: {path.name} refuses it: tba_fault takes no such failure")
     caller = _caller(scalar is np.float32)
-    function = ctypes.CDLL(str(caller)).foreign_nothing if is_idle else library.tba_call
-    call = ctypes.cast(function, ctypes.c_void_p).value
-    sizes = (vehicle.k, vehicle.n, shares)
-    reset = ctypes.cast(library.tba_reset, ctypes.c_void_p).value if start == "cold" else None
-    context = _Context(call, allocator, reset, path.name.encode(), *sizes, room.ctypes.data)
+    own = ctypes.CDLL(str(caller))
+    context.call = _address(own.foreign_nothing if is_idle else library.tba_call)
+    context.reset = _address(library.tba_reset) if start == "cold" else None
+    rooms = [_room(context, count, scalar) for count in (1, COUNT)]
+    context.one, context.several = (places for _, places in rooms)
+    by_many = start != "cold" and not is_idle and hasattr(library, "tba_many")
+    context.many = _address(library.tba_many) if by_many else None
     return native(
         caller,
         ("foreign_call", "foreign_call"),
         vehicle,
         context=ctypes.addressof(context),
-        needs=(library, subject, numbers, dof, room, context),
+        needs=(*needs, rooms, context),
         formulation=promise.formulation,
         limited=promise.limited,
         tolerance=promise.tolerance,
         levels=shares,
         state=True,
+        together=(lambda _: _address(own.foreign_many)) if by_many else None,
     )
+
+
+def _whole(vehicle: Vehicle) -> Vehicle:
+    """A vehicle as if all its thrusters were ready."""
+    off, most = vehicle.readiness == 0, vehicle.f_scale
+    low, high = np.where(off, -most, vehicle.f_min), np.where(off, most, vehicle.f_max)
+    return replace(vehicle, readiness=np.ones(vehicle.n), f_min=low, f_max=high)
+
+
+def _free(allocator: int, library: ctypes.CDLL, *_: object) -> None:
+    library.tba_free(ctypes.c_void_p(allocator))
+
+
+def _address(function: Any) -> int:
+    return ctypes.cast(function, ctypes.c_void_p).value or 0
+
+
+def _room(context: _Context, count: int, scalar: type[np.floating]) -> tuple[np.ndarray, ctypes.Array[Any]]:
+    """Room for what ``count`` calls read and write, with walls around each array, and where these lie.
+
+    The arrays are tau, f_min, f_max, f, share and, as integers, status.
+    """
+    size = np.dtype(scalar).itemsize
+    each = [count * one for one in (context.k, *[context.n] * 3, context.shares)]
+    each.append(count * np.dtype(np.intc).itemsize // size)
+    starts = WALL + np.concatenate([[0], np.cumsum(np.array(each) + WALL)])
+    room = np.full(int(starts[-1]), STONE, dtype=scalar)
+    return room, PLACES(*(room.ctypes.data + size * starts).tolist())
 
 
 def _opened(path: Path) -> ctypes.CDLL:
@@ -210,7 +252,10 @@ def _caller(single: bool) -> Path:
     }
     flags = [
         *STANDARD,
+        "-O3",
+        *(NATIVE if processor() else ()),
         f"-DWALL={WALL}",
+        f"-DCOUNT={COUNT}",
         f"-DSTONES={','.join([f'(tba_real){STONE!r}'] * WALL)}",
         *(["-DTBA_FLOAT"] if single else []),
     ]

@@ -1,6 +1,6 @@
 /* thrustbench_allocator.h: what an allocator exports so that thrustbench can ask, judge and time it.
  *
- * Copy this file, write the three functions in C, C++ or Rust, build a shared library, and name it as a plug-in:
+ * Copy this file, write what it declares and is not optional in C, C++ or Rust, build a shared library, and name it:
  *
  *     cc -O2 -shared -fPIC my_allocator.c -o my_allocator.so
  *     thrustbench run --vehicle bluerov2-heavy --plugin my_allocator.so --method nullspace --quick
@@ -87,6 +87,18 @@ const struct tba_promise *tba_promises(void);
 /* Optional, for an allocator with a memory, as a warm start is: forget all calls. Such a one is judged cold, with a
  * reset before each call, and warm, without. */
 void tba_reset(void *allocator);
+
+/* Optional: from now on each thruster is as ready as this says (n: 1 ready, 0 off, between them weakened), without
+ * preparing anew; an answer other than 0 refuses it. A thruster that is off has limits of 0, whatever tba_prepare got.
+ * Where it is there, a vehicle with a failure is prepared whole and told the failure by it. */
+int tba_fault(void *allocator, const tba_real *readiness);
+
+/* Optional: answers `count` calls at once, as that many tba_call do. The arrays of call i begin at i times their
+ * length (tau + i * k, f + i * n …), and its status is status[i]. */
+void tba_many(void *allocator, int count, const struct tba_input *input, struct tba_output *output, int *status);
+
+/* Optional: the allocator will not be called again. */
+void tba_free(void *allocator);
 
 #ifdef __cplusplus
 }

@@ -14,26 +14,30 @@ import numpy as np
 import psutil
 
 from alloc import Allocation
+from alloc.allocation import Allocator
 from bench.harness.timing import Columns
 
 LEAK_NS, LEAK_CALLS = 50_000_000, 100_000
 """Calls that memory is watched over: for so long, and so many at most."""
 LEAK_BYTES = 1 << 20
 """Growth that is told [bytes]: what the C library keeps for later is less."""
+MANY = 128
+"""Demands that are asked together, at least: as many as a library is given at once, twice."""
 SHOWN = 40
 """Characters of a library's output that a reason repeats."""
 
 
-def misconduct(call: Callable[..., Allocation], inputs: Columns, answers: Sequence[Allocation]) -> list[str]:
+def misconduct(allocator: Allocator, inputs: Columns, answers: Sequence[Allocation]) -> list[str]:
     """Reasons why an allocator is not fit to fly, each in words; empty for one that only answers.
 
-    ``answers`` are those to ``inputs``, in order. Each demand is asked once more, the last one first: an
-    answer must be the same to the bit, whatever was asked before.
+    ``answers`` are those to ``inputs``, in order. Each demand is asked once more, the last one first, and
+    many together: an answer must be the same to the bit, whatever was asked before.
     """
     calls = list(zip(*inputs, strict=True))
     with _captured() as output:
-        again = [call(*arguments) for arguments in reversed(calls)][::-1]
-    found = [_dependence(answers[: len(calls)], again), _growth(call, calls)]
+        again = [allocator(*arguments) for arguments in reversed(calls)][::-1]
+        together = _together(allocator, inputs, answers[: len(calls)])
+    found = [_dependence(answers[: len(calls)], again) or together, _growth(allocator, calls)]
     if output:
         found.append(f"prints on standard output: {output[0][:SHOWN]!r}")
     return list(filter(None, found))
@@ -77,12 +81,22 @@ def _dependence(first: Sequence[Allocation], again: Sequence[Allocation]) -> str
     return ""
 
 
-def _growth(call: Callable[..., Allocation], calls: Sequence[tuple[Any, ...]]) -> str:
+def _together(allocator: Allocator, inputs: Columns, answers: Sequence[Allocation]) -> str:
+    """The first demand with another answer among many, in words; empty for none."""
+    asked = np.resize(np.arange(len(answers)), max(len(answers), MANY))
+    F, statuses = allocator.many(*(np.array(column)[asked] for column in inputs))
+    for i, f, status in zip(asked.tolist(), F, statuses, strict=True):
+        if status != answers[i].status or not np.array_equal(f, answers[i].f, equal_nan=True):
+            return f"answers demand {i} otherwise among many than alone; tba_many does what tba_call does"
+    return ""
+
+
+def _growth(allocate: Allocator, calls: Sequence[tuple[Any, ...]]) -> str:
     """Growth of memory over a million calls, in words; empty for none."""
     before, done, end = _resident(), 0, time.perf_counter_ns() + LEAK_NS
     while done < LEAK_CALLS and time.perf_counter_ns() < end:
         for arguments in calls:
-            call(*arguments)
+            allocate(*arguments)
         done += len(calls)
     grown = _resident() - before
     return f"its memory grows by {grown / done:,.0f} MB in a million calls" if grown > LEAK_BYTES else ""

@@ -287,7 +287,7 @@ def measure(task: MeasureTask, job: Job, line: Worker) -> Cell:
             from bench.harness.conduct import leftovers, misconduct
 
             # More calls of what leaves threads or processes behind might exhaust the machine.
-            amiss += leftovers(before, after) or misconduct(call, arguments(timed), samples.answers)
+            amiss += leftovers(before, after) or misconduct(allocator, arguments(timed), samples.answers)
         if cell.judged and amiss:
             cell.judged.wrong = "; ".join(filter(None, (cell.judged.wrong, *amiss)))
         if timed is not question:

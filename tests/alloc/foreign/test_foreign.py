@@ -1,5 +1,7 @@
 """Allocators behind ``thrustbench_allocator.h``: right ones answer as their own C does, others are named."""
 
+import ctypes
+import gc
 import re
 import subprocess
 import sys
@@ -178,14 +180,96 @@ def test_what_a_library_refuses_is_its_own_words_on_one_line(tmp_path: Path) -> 
         prepare(entry, load_vehicle("bluerov2"))
 
 
-def called_apart(library: Path) -> subprocess.CompletedProcess[str]:
-    """Three calls in a process of its own, which prints the last status and the thrusts."""
+MANY = """
+void tba_many(void *allocator, int count, const struct tba_input *input, struct tba_output *output,
+              int *status)
+{{
+    const struct tba_vehicle *vehicle = (const struct tba_vehicle *)allocator;
+    for (int i = 0; i < count * vehicle->n; i++) {{
+        output->f[i] = input->tau[i / vehicle->n * vehicle->k] + (input->f_max ? input->f_max[i] : 0);
+    }}
+    for (int i = 0; i < count - 1; i++) {{
+        status[i] = i % 5;
+    }}
+    {}
+}}
+"""
+
+
+@pytest.mark.parametrize("single", [[], ["-DTBA_FLOAT"]])
+def test_a_library_answers_many_at_once(single: list[str], tmp_path: Path) -> None:
+    vehicle = load_vehicle("ukwial")
+    foreign = prepare(load_plugin(compiled(tmp_path, RIGHT + MANY.format(""), *single)), vehicle)
+    taus = np.random.default_rng(1).normal(size=(64 + 10, vehicle.k))
+    own = np.random.default_rng(2).uniform(0.1, 1.0, size=(74, vehicle.n)) * vehicle.f_max
+    for limits, high in (((), 0.0), ((None, vehicle.f_max), vehicle.f_max), ((-own, own), own[:64])):
+        F, statuses = foreign.many(taus, *limits)
+        # The last one's status was not written, 4 is none, and those behind 64 are asked one by one.
+        assert statuses[:64].tolist() == [min(i % 5, 3) for i in range(63)] + [3]
+        assert (statuses[64:] == Status.PARTIAL).all()
+        expected = np.where(statuses[:64, None] <= Status.PARTIAL, taus[:64, :1] + high * np.ones(4), np.nan)
+        np.testing.assert_allclose(F[:64], expected, rtol=1e-6 if single else 0, atol=1e-4 if single else 0)
+        assert (F[64:] == 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("ending", "says"),
+    [
+        ("status[count] = 1;", "mine.so: wrote beyond status; mend it"),
+        ("output->f[count * 4] = 1;", "mine.so: wrote beyond f; mend it"),
+        ("status[-1] = 1;", "mine.so: wrote beyond share; mend it"),
+    ],
+)
+def test_what_many_calls_break_is_named(ending: str, says: str, tmp_path: Path) -> None:
+    library = compiled(tmp_path, RIGHT + MANY.format(ending))
+    assert says in called_apart(library, "allocate.many([[1.0, 0.0, 0.0]] * 64)").stderr
+
+
+FAULT = """
+static int off, whole;
+
+int tba_fault(void *allocator, const tba_real *readiness)
+{
+    const struct tba_vehicle *vehicle = (const struct tba_vehicle *)allocator;
+    for (int i = 0; i < vehicle->n; i++) {
+        off = readiness[i] == 0 ? i : off;
+        whole += vehicle->readiness[i] == 1 && vehicle->f_max[i] > 0;
+    }
+    return readiness[0] > 0 && readiness[0] < 1;
+}
+"""
+
+
+def test_a_library_that_takes_faults_is_told_them_on_the_whole_vehicle(tmp_path: Path) -> None:
+    names = "static int off, whole;\n" + RIGHT.replace("0 * calls) * input->tau[0]", "10 * whole + off)")
+    entry = load_plugin(compiled(tmp_path, names + FAULT))
+    vehicle = load_vehicle("ukwial")
+    assert (prepare(entry, vehicle)([1.0, 0.0, 0.0]).f == 0.0).all()
+    assert (prepare(entry, vehicle.with_fault(2))([1.0, 0.0, 0.0]).f == 42.0).all()
+    with pytest.raises(NotApplicable, match=r"mine\.so refuses it: tba_fault takes no such failure$"):
+        prepare(entry, vehicle.with_fault(0, 0.5))
+
+
+def test_an_allocator_is_freed_once_when_nothing_calls_it_any_more(tmp_path: Path) -> None:
+    text = RIGHT + "int freed;\nvoid tba_free(void *allocator)\n{\n    freed += allocator != 0;\n}\n"
+    library = compiled(tmp_path, text)
+    freed = ctypes.c_int.in_dll(ctypes.CDLL(str(library)), "freed")
+    allocate = prepare(load_plugin(library), load_vehicle("ukwial"))
+    allocate([1.0, 0.0, 0.0])
+    assert freed.value == 0
+    del allocate
+    gc.collect()
+    assert freed.value == 1
+
+
+def called_apart(library: Path, more: str = "") -> subprocess.CompletedProcess[str]:
+    """Three calls in a process of its own, which prints the last status and the thrusts, then does more."""
     code = (
         "import sys; from pathlib import Path; from alloc import load_vehicle;"
         "from alloc.discovery import load_plugin, prepare;"
         "allocate = prepare(load_plugin(Path(sys.argv[1])), load_vehicle('ukwial'));"
         "answers = [allocate([1.0, 0.0, 0.0]) for _ in range(3)];"
-        "print(answers[-1].status.name, *answers[-1].f)"
+        f"print(answers[-1].status.name, *answers[-1].f); {more}"
     )
     command = [sys.executable, "-c", code, str(library)]
     return subprocess.run(command, capture_output=True, text=True, check=False)

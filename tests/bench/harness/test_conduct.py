@@ -16,6 +16,22 @@ pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
 TINY = ["--vehicle=ukwial", "--demands=inactive", "--n=20", "--budget-ms=1", "--repeats=1"]
 INCLUDE, RETURN = '#include "thrustbench_allocator.h"\n', "    return status;\n}\n"
 REMEMBERS = "if (last > input->tau[0]) { output->f[0] += 0.5; } last = input->tau[0];"
+MANY = """
+void tba_many(void *allocator, int count, const struct tba_input *input, struct tba_output *output,
+              int *status)
+{
+    const struct allocator *a = allocator;
+    for (int i = 0; i < count; i++) {
+        struct tba_input one = *input;
+        struct tba_output into = *output;
+        one.tau += i * a->k;
+        one.f_min += input->f_min != NULL ? i * a->n : 0;
+        one.f_max += input->f_max != NULL ? i * a->n : 0;
+        into.f += i * a->n;
+        status[i] = tba_call(allocator, &one, &into);
+    }
+}
+"""
 FAULTS = {
     "remembers": (
         "static tba_real last;",
@@ -38,8 +54,15 @@ FAULTS = {
         "static int n; if (n++ % 30 == 0 && fork() == 0) { _exit(0); }",
         "its calls leave processes behind: [0-9]+ more",
     ),
+    "mixes-up-many": (
+        "",
+        "",
+        "answers demand [0-9]+ otherwise among many than alone; tba_many does what tba_call does",
+        MANY.replace("count; i++", "count - 1; i++"),
+    ),
 }
 CALM = {
+    "answers-many": ("", "", "", MANY),
     "keeps-what-it-may": ("static tba_real last;", "last = input->tau[0];"),
     "frees": ("", "free(malloc(100));"),
 }
@@ -53,8 +76,9 @@ def reasons(folder: Path, cases: Mapping[str, Sequence[str]], *options: str) -> 
     """The column ``wrong`` of the rows of each library, which has these lines more."""
     text = (FOREIGN / "starters/c/my_allocator.c").read_text(encoding="utf-8")
     words = ["run", *TINY, *options, f"--out={folder}"]
-    for name, (before, at_end, *_) in cases.items():
+    for name, (before, at_end, *more) in cases.items():
         source = text.replace(INCLUDE, f"{INCLUDE}{before}\n").replace(RETURN, f"    {at_end}\n{RETURN}")
+        source += "".join(more[1:])
         words.append(f"--method={compiled(folder, source, '-O1', '-w', '-pthread', name=name)}")
     CliRunner().invoke(cli, words, standalone_mode=False)
     found: dict[str, list[str]] = {name: [] for name in cases}
