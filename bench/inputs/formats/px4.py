@@ -24,7 +24,10 @@ from alloc.vehicle.geometry import DOF
 from alloc.vehicle.keys import VehicleFile
 from bench.inputs.draft import Draft, mismatch
 
-_PARAMETER = re.compile(r"\b(CA_ROTOR(?:_COUNT|\d{1,2}_[A-Z]+)|CA_R_REV)[\s,=:\"]+([^\s,\"#]+)")
+_PARAMETER = re.compile(
+    r"\b(CA_ROTOR(?:_COUNT|\d{1,2}_[A-Z]+)|CA_R_REV)[\s,=:\"]+((?:[^\s,\"#]+,)*)([^\s,\"#]+)"
+)
+"""Name, earlier values, value: pyulog's ulog_params writes all of a flight, commas between."""
 _MOST = 32
 AXES = {"PX": 0.0, "PY": 0.0, "PZ": 0.0, "AX": 0.0, "AY": 0.0, "AZ": -1.0, "KM": 0.05}
 UNUSED = AXES | {"CT": 6.5}
@@ -46,7 +49,7 @@ def recognises(path: Path, text: str) -> bool:
 
 def read(path: Path) -> Draft:
     """The Draft of a parameter file; raises VehicleError."""
-    given = _parameters(path)
+    given, changed = _parameters(path)
     rotors = sorted({int(match[1]) for name in given if (match := re.match(r"CA_ROTOR(\d+)_", name))})
     count = int(given.get("CA_ROTOR_COUNT", len(rotors)))
     if not 0 < count <= _MOST:
@@ -64,6 +67,8 @@ def read(path: Path) -> Draft:
     unset = sorted({key for key in AXES for i in range(count) if f"CA_ROTOR{i}_{key}" not in given})
     if unset:
         draft.assumptions.append(f"Where {', '.join(unset)} is not set, PX4's default is taken.")
+    if changed:
+        draft.assumptions.append(f"Of {', '.join(changed)}, changed in flight, the last value counts.")
     _limits(draft, given, count)
     return draft
 
@@ -113,10 +118,14 @@ def _limits(draft: Draft, given: dict[str, float], count: int) -> None:
     draft.set_limits(low, high, "Rotors push one way only unless CA_R_REV says otherwise.")
 
 
-def _parameters(path: Path) -> dict[str, float]:
+def _parameters(path: Path) -> tuple[dict[str, float], list[str]]:
+    """Parameters by name, and the names of those with several values."""
     values: dict[str, float] = {}
+    changed = []
     for number, line in enumerate(read_text(path).splitlines(), 1):
-        for name, text in _PARAMETER.findall(line.partition("#")[0]):  # a comment may tell an older value
+        for name, earlier, text in _PARAMETER.findall(
+            line.partition("#")[0]
+        ):  # a comment may tell an older value
             try:
                 values[name] = float(text)
             except ValueError:
@@ -124,7 +133,8 @@ def _parameters(path: Path) -> dict[str, float]:
             if not abs(values[name]) <= LARGEST:
                 expected = f"a number up to {LARGEST:g}"
                 raise mismatch(path, f"line {number}: {name}", repr(text[:40]), expected)
-    return values
+            changed += [name] * bool(earlier)
+    return values, changed
 
 
 def write(keys: VehicleFile, vehicle: Vehicle) -> str:

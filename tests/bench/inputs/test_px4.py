@@ -49,6 +49,15 @@ def test_unset_parameters_take_the_defaults_of_px4(tmp_path: Path) -> None:
     assert not any("full throttle" in note or "one way only" in note for note in told.notes)
 
 
+def test_of_a_value_changed_in_flight_the_last_one_counts(tmp_path: Path) -> None:
+    """As ``ulog_params`` of pyulog 1.3.0 writes it: the value at the start, then each later one."""
+    text = "".join(f"CA_ROTOR{i}_PX,0.1,{i}\nCA_ROTOR{i}_CT,6.5,7.0,7.5\n" for i in range(3))
+    keys = imported(tmp_path, text, name="ulog.txt")
+    assert [thruster.position[0] for thruster in keys.thrusters or []] == [0, 1, 2]
+    assert keys.f_max == 7.5
+    assert any("CA_ROTOR2_CT, changed in flight, the last value counts" in note for note in keys.notes)
+
+
 def test_a_comment_behind_a_parameter_sets_nothing(tmp_path: Path) -> None:
     """The older value in it was taken."""
     whole = vehicle_of(imported(tmp_path, HEXA), tmp_path)
