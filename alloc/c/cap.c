@@ -80,8 +80,8 @@ static SCALAR total(const struct now *now, const SCALAR f[N], const SCALAR step[
     return current;
 }
 
-struct point { /* thrusts on the path, their current [A], and the part of the demand they are of and make */
-    SCALAR f[N], amps, at, share;
+struct point { /* thrusts on the path, their current [A], the part of the demand they are of, and what they make */
+    SCALAR f[N], amps, at, share[LEVELS];
 };
 
 /* Part of the chord from a point within a cap to one beyond at which the current is the cap, after so many of
@@ -120,7 +120,9 @@ static void mix(const struct point *within, const struct point *beyond, SCALAR t
         mixed->f[i] = within->f[i] + t * (beyond->f[i] - within->f[i]);
     }
     mixed->at = within->at + t * (beyond->at - within->at);
-    mixed->share = within->share + t * (beyond->share - within->share);
+    for (int l = 0; l < LEVELS; l++) {
+        mixed->share[l] = within->share[l] + t * (beyond->share[l] - within->share[l]);
+    }
 }
 
 ENTRY
@@ -128,24 +130,30 @@ ENTRY
     static const SCALAR none[N] = {ZERO};
     struct now now;
     struct point within, beyond, found, chord;
-    SCALAR low[N], high[N], begin[K], asked[K], part = ONE, slope;
+    SCALAR low[N], high[N], begin[K], asked[K], part[LEVELS], slope;
     const SCALAR near = SPARE * cap, goal = cap - HALF * near;
     int is_straight = STRAIGHT, rests = 1, status;
     if (!(cap - cap == ZERO && volts - volts == ZERO)) {
         return TB_NOT_FINITE;
     }
-    status = ALLOCATE(tau, beyond.f, &beyond.share);
+    status = ALLOCATE(tau, beyond.f, beyond.share);
     if (status != TB_SOLVED && status != TB_PARTIAL) {
         return status;
     }
     find(volts, &now);
-    beyond.at = beyond.share;
+    beyond.at = ZERO;
+    for (int l = 0; l < LEVELS; l++) {
+        beyond.at = beyond.share[l] > beyond.at ? beyond.share[l] : beyond.at;
+        within.share[l] = ZERO;
+    }
     beyond.amps = total(&now, beyond.f, none, ZERO, &slope);
     if (beyond.amps <= cap) {
         for (int i = 0; i < N; i++) {
             f[i] = beyond.f[i];
         }
-        share[0] = beyond.share;
+        for (int l = 0; l < LEVELS; l++) {
+            share[l] = beyond.share[l];
+        }
         return status;
     }
     for (int i = 0; i < N; i++) { /* rest, or where limits exclude it a little inside the nearer one */
@@ -160,7 +168,7 @@ ENTRY
         rests &= within.f[i] == ZERO;
         is_straight &= TOUCHES_NOT(beyond.f[i], least, most);
     }
-    within.at = within.share = ZERO;
+    within.at = ZERO;
     within.amps = total(&now, within.f, none, ZERO, &slope);
     if (!(within.amps <= cap)) {
         return TB_INFEASIBLE;
@@ -173,7 +181,7 @@ ENTRY
         }
     }
     if (!rests) {
-        status = ALLOCATE(begin, within.f, &part);
+        status = ALLOCATE(begin, within.f, part);
         if (status != TB_SOLVED && status != TB_PARTIAL) {
             return status;
         }
@@ -191,12 +199,14 @@ ENTRY
         for (int r = 0; r < K; r++) {
             asked[r] = begin[r] + chord.at * (tau[r] - begin[r]);
         }
-        status = ALLOCATE(asked, found.f, &part);
+        status = ALLOCATE(asked, found.f, part);
         if (status != TB_SOLVED && status != TB_PARTIAL) {
             break;
         }
         found.at = chord.at;
-        found.share = found.at * part;
+        for (int l = 0; l < LEVELS; l++) {
+            found.share[l] = found.at * part[l];
+        }
         is_straight = 1;
         for (int i = 0; i < N; i++) {
             const SCALAR apart = found.f[i] - chord.f[i];
@@ -221,7 +231,9 @@ ENTRY
                 found.f[i] = x < low[i] ? low[i] : x > high[i] ? high[i] : x;
             }
             found.at *= far;
-            found.share *= far;
+            for (int l = 0; l < LEVELS; l++) {
+                found.share[l] *= far;
+            }
         }
         found.amps = total(&now, found.f, none, ZERO, &slope);
         if (found.amps > cap) {
@@ -241,6 +253,8 @@ ENTRY
     for (int i = 0; i < N; i++) {
         f[i] = within.f[i];
     }
-    share[0] = within.share;
+    for (int l = 0; l < LEVELS; l++) {
+        share[l] = within.share[l];
+    }
     return TB_PARTIAL;
 }

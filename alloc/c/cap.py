@@ -47,8 +47,6 @@ def _check(target: Target, package: str | None) -> None:
     vehicle, method = target.vehicle, target.method
     if not isinstance(method.build(vehicle), CurrentCap):
         raise no_cap(method.formulation)
-    if method.formulation != "scaled":
-        raise NotApplicable(f"{method.name}: has no C with a cap; give --method scaled")
     vehicle.draw()
     if len({type(esc.current) for esc in vehicle.esc}) > 1:
         raise NotApplicable(f"{vehicle.name}: got laws and tables of current, expected one kind for --cap")
@@ -72,7 +70,7 @@ def _signature(target: Target) -> str:
     sides = f"const {scalar} f_min[{n}], const {scalar} f_max[{n}], " * (target.limits == "call")
     return (
         f"int {target.name}_cap(const {scalar} tau[{k}], {sides}int fault, {scalar} cap, {scalar} volts,"
-        f" {scalar} f[{n}], {scalar} share[1])"
+        f" {scalar} f[{n}], {scalar} share[{target.levels}])"
     )
 
 
@@ -144,7 +142,8 @@ def _macros(target: Target) -> Iterator[tuple[str, str]]:
     vehicle, scalar, law = target.vehicle, target.scalar, has_law(target)
     states = [target.with_fault(fault) for fault in (-1, *target.failures.tolist())]
     limits = "f_min, f_max, " * (target.limits == "call")
-    yield from {"N": str(vehicle.n), "K": str(vehicle.k), "LAW": str(int(law))}.items()
+    sizes = {"N": vehicle.n, "K": vehicle.k, "LEVELS": target.levels, "LAW": int(law)}
+    yield from ((name, str(size)) for name, size in sizes.items())
     yield "CURVES", str(1 if law else len(_tables(target)))
     if not law:
         yield "CELLS", str(CELLS)
@@ -228,7 +227,7 @@ def _ends(lengths: list[int]) -> list[int]:
 def cap_selftest(target: Target) -> str:
     """C that compares thrusts, share and status of NAME_cap with the Python method's."""
     vehicle, scalar, name = target.vehicle, target.scalar, f"{target.name}_cap"
-    n, k, at_call = vehicle.n, vehicle.k, target.limits == "call"
+    n, k, at_call, levels = vehicle.n, vehicle.k, target.limits == "call", target.levels
     sides = f"    {scalar} f_min[{n}];\n    {scalar} f_max[{n}];\n" * at_call
     passed = "one->f_min, one->f_max, " * at_call
     near, allowed = number(ROUNDING[scalar], scalar), number(ROUNDING[scalar] * vehicle.f_scale, scalar)
@@ -245,7 +244,7 @@ static const struct call {{
     int status;
     {scalar} cap;
     {scalar} volts;
-    {scalar} share;
+    {scalar} share[{levels}];
     {scalar} tau[{k}];
 {sides}    {scalar} f[{n}];
 }} cases[] = {{
@@ -264,15 +263,18 @@ int main(void)
     for (int i = 0; i < count; i++) {{
         const struct call *one = &cases[i];
         {scalar} f[{n}] = {{{zero}}};
-        {scalar} share[1] = {{{zero}}};
+        {scalar} share[{levels}] = {{{zero}}};
         const int status = {name}(one->tau, {passed}one->fault, one->cap, one->volts, f, share);
-        int bad = status != one->status || apart(share[0], one->share, {near});
+        int bad = status != one->status;
+        for (int l = 0; l < {levels}; l++) {{
+            bad |= apart(share[l], one->share[l], {near});
+        }}
         for (int j = 0; j < {n}; j++) {{
             bad |= apart(f[j], one->f[j], {allowed});
         }}
         if (bad) {{
             printf("case %d: status %d, share %g, expected %d, %g\\n", i, status, (double)share[0],
-                   one->status, (double)one->share);
+                   one->status, (double)one->share[0]);
             wrong++;
         }}
     }}
@@ -305,9 +307,11 @@ def _rows(target: Target) -> str:
                 else allocate(tau, cap=cap, volts=volts)
             )
             status = int(found.status)
-            f, share = (found.f, found.share[0]) if found.found else (np.zeros(vehicle.n), 0.0)
+            f, share = (
+                (found.f, found.share) if found.found else (np.zeros(vehicle.n), (0.0,) * target.levels)
+            )
             sides = f"{listed(low, scalar)}, {listed(high, scalar)}, " * (target.limits == "call")
-            scalars = ", ".join(number(x, scalar) for x in (cap, volts, share))
+            scalars = f"{number(cap, scalar)}, {number(volts, scalar)}, {listed(np.array(share), scalar)}"
             rows.append(
                 f"    {{{fault}, {status}, {scalars}, {listed(tau, scalar)}, {sides}{listed(f, scalar)}}},"
             )
@@ -327,7 +331,7 @@ def cap_usage(target: Target) -> str:
     sides = f"const {scalar} f_min[{target.vehicle.n}], const {scalar} f_max[{target.vehicle.n}], " * at_call
     call = f"{name}(tau, {'f_min, f_max, ' * at_call}-1, cap, volts, f, share)"
     before = f"int below_fuse(const {scalar} tau[{target.vehicle.k}], {sides}{scalar} cap, {scalar} volts,"
-    given = f"{before}\n               {scalar} f[{target.vehicle.n}], {scalar} share[1])"
+    given = f"{before}\n               {scalar} f[{target.vehicle.n}], {scalar} share[{target.levels}])"
     maths = " -lm" * has_law(target)
     return f"""
 ## Below a fuse
