@@ -11,7 +11,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from alloc.allocation import Allocator, FloatArray
-from alloc.errors import NotInstalled, PluginError, UnknownName, unknown
+from alloc.errors import NotApplicable, NotInstalled, PluginError, UnknownName, unknown
 from alloc.files.modules import check_for, modules, names
 from alloc.files.modules import module as named_module
 from alloc.foreign import COMMAND, is_command, is_compiled, runs_apart
@@ -94,8 +94,14 @@ def prepare(entry: Entry, vehicle: Vehicle, *, start: str = "", level: str = "")
             if value not in offered:
                 raise UnknownName(f"{entry.name} has no {key} '{value}'; it has {', '.join(offered)}")
             options[key] = value
-    allocator = entry.prepare(vehicle, **options)
-    return AzimuthAllocator(allocator, vehicle) if vehicle.azimuths else allocator
+    if not vehicle.azimuths:
+        return entry.prepare(vehicle, **options)
+    try:
+        return AzimuthAllocator(entry.prepare(vehicle, **options), vehicle)
+    except NotApplicable as error:
+        if place := vehicle.azimuths[0].place:
+            raise NotApplicable(f"{place}: {error}") from error
+        raise
 
 
 def find(name: str) -> Entry:

@@ -21,7 +21,8 @@ from alloc.allocation import (
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.closed_forms.linear import TOLERANCE
 from alloc.vehicle import Vehicle
-from alloc.vehicle.call_limits import at_call, limits_of
+from alloc.vehicle.azimuth import SPARE, excess, fit_polygons, nearest_thrusts
+from alloc.vehicle.call_limits import at_call, limits_of, one_by_one
 from alloc.vehicle.condition import promised, wrench_doubt
 
 
@@ -154,3 +155,42 @@ class Saturating(Uncapped):
     def _status(self, f: FloatArray, wrench: FloatArray) -> Status:
         missed = self._T.dot(f) - self._unit * wrench
         return Status.SOLVED if max(map(abs, missed.tolist())) <= 1.0 else Status.PARTIAL
+
+
+PolygonRule = Callable[[FloatArray, FloatArray], tuple[FloatArray, int]]
+"""(tau, T* tau) -> (thrusts (n,), passes taken) where thrusters turn."""
+
+
+class PolygonSaturating(Saturating):
+    """The allocator of a practical rule where thrusters turn: each force goes straight to its polygon."""
+
+    def __init__(self, vehicle: Vehicle, name: str, rule: PolygonRule) -> None:
+        """Prepare T* and the rule."""
+        super().__init__(vehicle, name, lambda tau, f, limits: (f, 1))
+        self._polygon_rule, self._spare = rule, SPARE * vehicle.f_scale
+
+    def __call__(
+        self,
+        tau: ArrayLike,
+        f_min: ArrayLike | None = None,
+        f_max: ArrayLike | None = None,
+        *,
+        cap: float | None = None,
+        volts: float | None = None,
+    ) -> Allocation:
+        """Allocate one wrench (k,) [N, N m]; ``iterations`` are the passes of the rule."""
+        if cap is not None:
+            raise no_cap(self.formulation)
+        wrench, (low, high) = checked(tau, self._k), self._limits_of_call(f_min, f_max)
+        turning, f = self._vehicle.turning, self.G.dot(wrench)
+        if excess(turning, f[None], low, high, 0.0).max() <= 0.0:
+            return answer(f, Status.SOLVED if self._makes else self._status(f, wrench))
+        f, passes = self._polygon_rule(wrench, f)
+        f = fit_polygons(turning, nearest_thrusts(turning, f[None], low, high), self._spare)[0]
+        return answer(f, self._status(f, wrench), passes)
+
+    def allocate_many(
+        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+    ) -> tuple[FloatArray, StatusArray]:
+        """Allocate (N, k) wrenches one after the other."""
+        return one_by_one(self, self._vehicle, taus, f_min, f_max)

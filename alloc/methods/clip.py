@@ -1,18 +1,21 @@
 """Generalized inverse, then each thrust cut at its limit: what most vehicles do, knowingly or not."""
 
 from alloc.allocation import FloatArray
-from alloc.closed_forms.saturating import Bounds, Saturating
+from alloc.closed_forms.saturating import Bounds, PolygonSaturating, Saturating
 from alloc.kernels import rules
 from alloc.program import Builder, Expression, Program, Scalar, Where
 from alloc.vehicle import Vehicle
 
 FORMULATION = "clip"
+AZIMUTHS = True
 MEANINGS = rules.MEANINGS
 doubt = rules.doubt
 
 
 def build(vehicle: Vehicle) -> Saturating:
-    """Prepare f = clip(T* tau, f_min, f_max), T* of eq. 9."""
+    """Prepare f = clip(T* tau, f_min, f_max), T* of eq. 9; forces that turn go straight to their polygons."""
+    if vehicle.azimuths:
+        return PolygonSaturating(vehicle, FORMULATION, lambda tau, f: (f, 1))
     return Saturating(vehicle, FORMULATION, _leave, _leave_many)
 
 

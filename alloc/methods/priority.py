@@ -9,6 +9,7 @@ from alloc.vehicle import Vehicle
 
 __all__ = ["FORMULATION", "MEANINGS", "build", "doubt", "program", "program_for_all"]
 FORMULATION = ANSWERED.name
+AZIMUTHS = True
 
 
 def build(vehicle: Vehicle) -> ByLevel | Mixed:

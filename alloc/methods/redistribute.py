@@ -7,15 +7,17 @@ import numpy as np
 
 from alloc.allocation import EXACT_TOLERANCE, FloatArray
 from alloc.closed_forms.inverse import inverse_over
-from alloc.closed_forms.saturating import Bounds, Saturating
+from alloc.closed_forms.saturating import Bounds, PolygonSaturating, Saturating
 from alloc.errors import NotApplicable
 from alloc.kernels import cascade, rules
 from alloc.kernels.tolerance import TOLERANCE
 from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
+from alloc.vehicle.azimuth import nearest_thrusts
 from alloc.vehicle.degeneracy import NOTHING
 
 FORMULATION = "redistribute"
+AZIMUTHS = True
 MEANINGS = rules.MEANINGS
 
 TABLE_THRUSTERS = 8
@@ -71,6 +73,22 @@ class Cascade:
             passes += 1
         return f, passes
 
+    def mend_polygons(self, tau: FloatArray, f: FloatArray) -> tuple[FloatArray, int]:
+        """As ``mend`` where thrusters turn: one is frozen with both components, at its polygon's nearest."""
+        v, free, frozen, passes = self._vehicle, self._working, np.zeros(len(f)), 0
+        while free:
+            near = nearest_thrusts(v.turning, f[None], v.f_min, v.f_max)[0]
+            beyond = np.abs(f - near) > self._spare
+            parts = [part for part in map(list, v.actuators) if beyond[part].any() and free >> part[0] & 1]
+            if not parts:
+                break
+            for part in parts:
+                frozen[part] = near[part]
+                free &= ~int(self._bits[part].sum())
+            f = frozen + self._inverse(free).dot(tau - v.TP.dot(frozen))
+            passes += 1
+        return f, passes
+
     def mend_many(self, taus: FloatArray, F: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
         """Thrusts for wrenches (N, k), from F = T* tau (N, n); demands of one pattern go together.
 
@@ -110,6 +128,8 @@ def build(vehicle: Vehicle) -> Saturating:
             f"redistribute covers up to {MOST_THRUSTERS} thrusters; {vehicle.name} has {vehicle.n}"
         )
     passes = Cascade(vehicle)
+    if vehicle.azimuths:
+        return PolygonSaturating(vehicle, FORMULATION, passes.mend_polygons)
     return Saturating(vehicle, FORMULATION, passes.mend, passes.mend_many)
 
 

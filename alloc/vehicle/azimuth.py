@@ -42,10 +42,12 @@ class Azimuth:
     ----------
     first : index of its force along x in f; the next one is along y
     corners : (v, 2) corners of the polygon, turning from x to y [N]
+    place : file, line and key that it is from; empty for one that is from no file
     """
 
     first: int
     corners: FloatArray
+    place: str = ""
 
     @cached_property
     def normals(self) -> FloatArray:
@@ -197,9 +199,10 @@ def polar(
 
 
 def refuse_azimuths(azimuths: Sequence[Azimuth], what: str, reason: str) -> None:
-    """Raise NotApplicable where there are thrusters that turn and ``what`` takes none yet."""
+    """Raise NotApplicable, with a place, where there are thrusters that turn and ``what`` takes none yet."""
     if azimuths:
-        raise NotApplicable(f"{what}: takes no azimuth thrusters yet: {reason}; see docs/azimuth.md")
+        place = f"{azimuths[0].place}: " if azimuths[0].place else ""
+        raise NotApplicable(f"{place}{what} takes no azimuth thrusters yet: {reason}; see docs/azimuth.md")
 
 
 def bounding_box(azimuths: Sequence[Azimuth], f_min: FloatArray, f_max: FloatArray) -> None:

@@ -55,7 +55,7 @@ def expand(keys: VehicleFile) -> tuple[VehicleFile, tuple[Azimuth, ...]]:
         if any(thruster.direction):
             raise VehicleError(f"{key}: has direction and azimuth; keep one of them", key)
         corners = read_corners(thruster.azimuth, f"{key}.azimuth")
-        azimuths.append(Azimuth(len(made), corners))
+        azimuths.append(Azimuth(len(made), corners, f"{key}.azimuth"))
         made += [Thruster(thruster.position, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))]
         f_min += corners.min(axis=0).tolist()
         f_max += corners.max(axis=0).tolist()

@@ -78,7 +78,7 @@ def _own(vehicle: Vehicle, f_min: ArrayLike | None, f_max: ArrayLike | None) -> 
     """The box of a vehicle with azimuths; raises NotApplicable where a call has another."""
     given = ((f_min, vehicle.f_min), (f_max, vehicle.f_max))
     if any(side is not None and not _equal(np.asarray(side), own) for side, own in given):
-        refuse_azimuths(vehicle.azimuths, "f_min, f_max of a call", "limits are polygons")
+        refuse_azimuths(vehicle.azimuths, "a call with f_min, f_max", "limits are polygons")
     return vehicle.f_min, vehicle.f_max
 
 

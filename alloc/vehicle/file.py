@@ -337,9 +337,18 @@ def load_vehicle(name: str | Path) -> Vehicle:
     """
     document = read_document(find_file(name))
     try:
-        return build_vehicle(document.keys)
+        return build_document(document, name)
     except VehicleError as error:
         raise document.located(error) from None
+
+
+def build_document(document: Document, name: str | Path) -> Vehicle:
+    """The Vehicle of a file as read, whose azimuths know places by its ``name``; raises VehicleError."""
+    vehicle, lines = build_vehicle(document.keys), document.tree.lines
+    if not vehicle.azimuths:
+        return vehicle
+    placed = [replace(a, place=f"{name}, line {lines.get(a.place)}: {a.place}") for a in vehicle.azimuths]
+    return replace(vehicle, azimuths=tuple(placed))
 
 
 def load_fixed_vehicle(name: str | Path) -> Vehicle:
@@ -348,7 +357,7 @@ def load_fixed_vehicle(name: str | Path) -> Vehicle:
     Raises NotApplicable where one does, else as ``load_vehicle``.
     """
     vehicle = load_vehicle(name)
-    refuse_azimuths(vehicle.azimuths, f"{name}", "this command knows limits that are boxes")
+    refuse_azimuths(vehicle.azimuths, "this command", "it knows limits that are boxes")
     return vehicle
 
 

@@ -321,7 +321,7 @@ class Vehicle:
         VehicleError where the vehicle has no table or no slew rates, DemandError for a voltage outside of the
         table, and for what is no thrusts, no time or no thruster.
         """
-        refuse_azimuths(self.azimuths, "limits", "those of a moment are boxes")
+        refuse_azimuths(self.azimuths, "vehicle.limits", "those of a moment are boxes")
         own = self.f_min, self.f_max
         low, high = of_a_moment(self.name, own, self.by_volts, self.slew, volts, f_previous, dt)
         still = self.readiness == 0
@@ -419,7 +419,7 @@ class Vehicle:
         """
         wanted = checked_frame(frame)
         if wanted != self.frame:
-            refuse_azimuths(self.azimuths, "frame", "polygons are not turned; write the file anew")
+            refuse_azimuths(self.azimuths, "with_frame", "polygons are not turned; write the file anew")
         T, poses = turned(self.T, self.dof), None if self.poses is None else turned(self.poses, DOF)
         return self if wanted == self.frame else replace(self, T=T, poses=poses, frame=wanted)
 

@@ -77,6 +77,7 @@ def command(
     from alloc.discovery import find, is_plugin, load_plugin, plugin_name, prepare
     from alloc.errors import PluginError, UnknownName, VehicleError
     from alloc.files.textfile import write_text
+    from alloc.vehicle.azimuth import refuse_azimuths
     from bench.harness.process import run_in_copy
     from bench.inputs.demand_csv import esc_columns, format_thrusts
     from bench.inputs.faults import EACH, parse_fault, with_fault
@@ -90,6 +91,8 @@ def command(
     named = [file for file in plugins if plugin_name(file) == method]
     plugin = next(iter([*named, *plugins]), None)
     answering = load_vehicle(vehicle)
+    if esc:
+        refuse_azimuths(answering.azimuths, "--esc", "no curve is of a force that turns")
     if esc and not answering.esc:
         raise VehicleError(f"{vehicle}: has no ESCs for --esc; add 'esc' to its file (docs/esc.md)", "esc")
     for fault in map(parse_fault, faults):
@@ -97,9 +100,9 @@ def command(
             raise click.UsageError("--fault each: thrusts are of one vehicle; name one thruster")
         (answering,) = with_fault(answering, fault)
     if names:
-        from alloc.vehicle.azimuth import refuse_azimuths
-
         refuse_azimuths(answering.azimuths, "--names", "columns are of components")
+    if cap is not None:
+        refuse_azimuths(answering.azimuths, "--cap", "no current is known of a force that turns")
     log = log_for(answering, demands, read_options(**options))
     lows, highs = row_limits(demands, log.columns, answering)
     if esc:

@@ -70,9 +70,9 @@ def command(
         raise click.UsageError("--fit-current is text; leave out --json")
     report = check_vehicle(vehicle, autopilot)
     drawn, mounting = _read(report.path, autopilot) if report.facts is not None else (None, None)
-    if drawn is not None and (probe or failures or log or autopilot):
-        what = "--probe, --failures, --fit-current and --autopilot"
-        refuse_azimuths(drawn.azimuths, what, "they know thrusters along a line")
+    options = {"--probe": probe, "--failures": failures, "--fit-current": log, "--autopilot": autopilot}
+    for option in filter(options.get, options):
+        refuse_azimuths(drawn.azimuths if drawn else (), option, "it knows thrusters along a line")
     tried = probes(drawn) if probe and drawn is not None else None
     echo(to_json(report, tried) if as_json else as_table(report))
     for line in weak_lines(drawn) if drawn is not None and not as_json else []:
@@ -106,11 +106,12 @@ def command(
 def _read(file: Path, autopilot: str) -> "tuple[Vehicle, Mounting]":
     """The vehicle of a file without an error in T or limits, and the poses of its thrusters."""
     from alloc.lint.autopilot import choose
-    from alloc.vehicle.file import build_vehicle, matrices, poses, read_document, vehicle_with
+    from alloc.vehicle.file import build_document, matrices, poses, read_document, vehicle_with
 
-    keys = read_document(file).keys
+    document = read_document(file)
+    keys = document.keys
     if any(thruster.azimuth for thruster in keys.thrusters or ()):
-        vehicle = build_vehicle(keys)
+        vehicle = build_document(document, file)
         return vehicle, poses(keys, vehicle.T[:, [first for first, *_ in vehicle.actuators]])
     if autopilot:
         keys.autopilot = choose(autopilot, keys.autopilot)

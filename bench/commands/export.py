@@ -64,14 +64,14 @@ def _vehicle(vehicle: str, format_: str, output: Path | None) -> None:
     from alloc.errors import UnknownName
     from alloc.files.textfile import write_text
     from alloc.vehicle.azimuth import refuse_azimuths
-    from alloc.vehicle.file import build_vehicle, find_file, read_document
+    from alloc.vehicle.file import build_document, find_file, read_document
     from bench.inputs.formats import formats, lost_keys, writable
 
     if format_ not in writable():
         raise UnknownName(f"can't write format '{format_}'; there are {', '.join(writable())}")
-    keys = read_document(find_file(vehicle)).keys
-    made = build_vehicle(keys)
-    refuse_azimuths(made.azimuths, f"{vehicle}", f"{format_} has no place for them")
+    document = read_document(find_file(vehicle))
+    keys, made = document.keys, build_document(document, vehicle)
+    refuse_azimuths(made.azimuths, f"--format {format_}", "it has no place for them")
     text = formats()[format_].write(keys, made)
     if output is None:
         echo(text, nl=False)

@@ -29,8 +29,7 @@ def command(name: str, like: str, language: str) -> None:
     """
     from alloc.errors import FileError
     from alloc.files.textfile import write_text
-    from alloc.vehicle.azimuth import refuse_azimuths
-    from alloc.vehicle.file import build_vehicle, find_file, read_document
+    from alloc.vehicle.file import build_vehicle, find_file, load_fixed_vehicle, read_document
     from bench.inputs import starter
 
     name = starter.check_name(name.removesuffix(".yaml"))
@@ -39,10 +38,11 @@ def command(name: str, like: str, language: str) -> None:
     for file in (vehicle_file, demands, *methods):
         if file.exists():
             raise FileError("is there already, and nothing is replaced; go to another folder", path=file)
+    if like:
+        load_fixed_vehicle(like)
     keys = starter.copy_keys(name, read_document(find_file(like)).keys, like) if like else _asked(name)
     text = starter.keys_text(keys)
     vehicle = build_vehicle(keys)
-    refuse_azimuths(vehicle.azimuths, f"--like {like}", "nothing else in the folder would take them")
     write_text(vehicle_file, text)
     write_text(demands, starter.first_demands(vehicle))
     for file, text in methods.items():

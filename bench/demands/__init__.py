@@ -187,7 +187,7 @@ def build_demands(
     answering = module.answering(vehicle) if hasattr(module, "answering") else vehicle
     rate_hz = getattr(module, "RATE_HZ", None)
     if hasattr(module, "limited_demands"):
-        refuse_azimuths(vehicle.azimuths, f"demands '{name}'", "limits of a call are boxes")
+        refuse_azimuths(vehicle.azimuths, f"demand set '{name}'", "limits of a call are boxes")
         taus, *limits = module.limited_demands(vehicle, rng, count)
         part = None
     else:

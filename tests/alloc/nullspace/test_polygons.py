@@ -1,6 +1,7 @@
 """nullspace and scaled on thrusters that turn, held against facets, limits and multipliers."""
 
 import re
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -8,7 +9,9 @@ import pytest
 
 from alloc import NotApplicable, Status, Vehicle, alpha_max, build
 from alloc.nullspace.allocator import MOST_FREE
+from alloc.reach.attainable import alpha_max_lp
 from alloc.vehicle.azimuth import Azimuth, polygon_corners
+from alloc.vehicle.names import Priority
 from tests.azimuths import boats, corners_lp, demands_around, excess, stationarity
 from tests.pages import blocks
 from tests.places import DOCS
@@ -81,7 +84,32 @@ def test_scaled_goes_as_far_towards_each_demand_as_a_linear_program_over_corners
             assert corners_lp(vehicle, tau) == pytest.approx(alpha, rel=1e-8)
 
 
-@pytest.mark.parametrize("method", ["nullspace", "scaled", "pinv"])
+@pytest.mark.parametrize("levels", [(("yaw",), ("surge", "sway")), (("surge",), ("yaw",), ("sway",))])
+def test_priority_goes_level_by_level_as_far_as_linear_programs_do(levels: Priority) -> None:
+    rng, stopped = np.random.default_rng(11), 0
+    for plain in covered()[::2]:
+        vehicle = replace(plain, priority=levels)
+        allocate = build("priority", vehicle)
+        for tau in demands_around(vehicle, rng, 2) * rng.choice([0.1, 0.5, 2.0], (2, 1)):
+            reached, shares = np.zeros(3), list[float]()
+            for level in levels:
+                step = np.array(
+                    [x if axis in level else 0.0 for axis, x in zip(vehicle.dof, tau, strict=True)]
+                )
+                keep = 0.99 if level is not levels[-1] else 1.0
+                shares.append(min(1.0, keep * alpha_max_lp(vehicle, step, start=reached)))
+                reached += shares[-1] * step
+            result = allocate(tau)
+            stopped += min(shares) < 1.0
+            assert result.share == pytest.approx(shares, abs=1e-7), vehicle.name
+            assert np.abs((vehicle.TP @ result.f - reached) / vehicle.wrench_scale).max() <= 1e-7
+            assert excess(vehicle, result.f) <= ROUNDING
+            assert stationarity(vehicle, result.f) <= OPTIMAL
+            assert result.status is (Status.SOLVED if min(shares) == 1.0 else Status.PARTIAL)
+    assert stopped > 20
+
+
+@pytest.mark.parametrize("method", ["nullspace", "scaled", "pinv", "priority"])
 def test_many_calls_at_once_give_the_answers_of_single_ones(method: str) -> None:
     rng = np.random.default_rng(9)
     for vehicle in covered()[:24]:

@@ -159,5 +159,5 @@ def test_limits_of_a_call_are_refused() -> None:
     vehicle, taus = BOATS[0], [[1.0, 0.0, 0.0]]
     assert alpha_max(vehicle, taus, f_min=vehicle.f_min) == alpha_max(vehicle, taus)
     for others in (0.5 * vehicle.f_min, np.zeros(2)):
-        with pytest.raises(NotApplicable, match="f_min, f_max of a call: takes no azimuth thrusters yet"):
+        with pytest.raises(NotApplicable, match="a call with f_min, f_max takes no azimuth thrusters yet"):
             alpha_max(vehicle, taus, f_min=others)

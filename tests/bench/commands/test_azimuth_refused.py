@@ -1,10 +1,11 @@
 """Refusals, in one line, of what takes no thrusters that turn: nothing answers by their boxes."""
 
+import re
 from pathlib import Path
 
 import pytest
 
-from alloc import NotApplicable, Vehicle, build, catalogue, generate
+from alloc import NotApplicable, Vehicle, build, catalogue, generate, load_vehicle
 from alloc.discovery import load_plugin, prepare
 from bench.__main__ import main
 from tests.azimuths import FERRY, boats
@@ -25,7 +26,12 @@ COMMANDS = (
     "layouts study.yaml --out out",
     "allocate --vehicle boat.yaml --method nullspace --names asked.csv",
     "allocate --vehicle boat.yaml --method nullspace limited.csv",
-    "allocate --vehicle boat.yaml --method clip asked.csv",
+    "allocate --vehicle boat.yaml --method walsh asked.csv",
+    "allocate --vehicle boat.yaml --method qp-soft/daqp asked.csv",
+    "allocate --vehicle boat.yaml --method qp/sip asked.csv",
+    "allocate --vehicle boat.yaml --method nullspace --esc asked.csv",
+    "allocate --vehicle boat.yaml --method scaled --cap 20 asked.csv",
+    "codegen --vehicle boat.yaml --library --out out",
     "prove --vehicle boat.yaml --method nullspace --out out",
 )
 
@@ -47,6 +53,8 @@ def test_a_command_that_takes_no_azimuths_says_so_in_one_line(
     assert ended.value.code == 2
     said = capsys.readouterr().err.splitlines()
     assert len(said) == 1
+    place = "study.yaml, line 1: base: thrusters[0]" if "study" in line else "boat.yaml, line 4: thrusters[0]"
+    assert said[0].startswith(f"thrustbench: {place}")
     assert "azimuth" in said[0]
     assert not (tmp_path / "out").exists()
 
@@ -57,7 +65,7 @@ def test_a_method_that_takes_no_azimuths_says_so_with_its_name(name: str) -> Non
     if entry.missing:
         pytest.skip(entry.missing)
     with pytest.raises(
-        NotApplicable, match=f"^{name}: takes no azimuth thrusters yet: .*; see docs/azimuth.md$"
+        NotApplicable, match=f"^{name} takes no azimuth thrusters yet: .*; see docs/azimuth.md$"
     ):
         build(name, boat())
 
@@ -65,14 +73,14 @@ def test_a_method_that_takes_no_azimuths_says_so_with_its_name(name: str) -> Non
 @pytest.mark.parametrize("method", ["nullspace", "scaled", "pinv", "soft"])
 @pytest.mark.parametrize("faults", ["one", "all"])
 def test_no_c_is_written_for_azimuths(method: str, faults: str) -> None:
-    with pytest.raises(NotApplicable, match="in C: takes no azimuth thrusters yet"):
+    with pytest.raises(NotApplicable, match="in C takes no azimuth thrusters yet"):
         generate(boat(), method, faults=faults)  # type: ignore[arg-type]  # one of the words
 
 
 def test_a_plug_in_takes_azimuths_only_where_it_says_so(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text("from alloc.methods.pinv import FORMULATION, build\n")
-    with pytest.raises(NotApplicable, match="mine: takes no azimuth thrusters yet"):
+    with pytest.raises(NotApplicable, match="mine takes no azimuth thrusters yet"):
         prepare(load_plugin(file), boat())
     file.write_text("from alloc.methods.pinv import FORMULATION, build\nAZIMUTHS = True\n")
     assert prepare(load_plugin(file), boat())([1.0, 0.0, 0.0]).found
@@ -80,3 +88,15 @@ def test_a_plug_in_takes_azimuths_only_where_it_says_so(tmp_path: Path) -> None:
 
 def boat() -> Vehicle:
     return boats(1)[0]
+
+
+def test_a_method_that_refuses_a_file_s_polygons_names_file_and_key(tmp_path: Path) -> None:
+    """Red before: of a null space too large for steps only the method was named."""
+    file = tmp_path / "boat.yaml"
+    more = "".join(f"  - {{position: [{x}, 1, 0], azimuth: {{max: 100}}}}\n" for x in (0, 1))
+    file.write_text(FERRY + more)
+    place = re.escape(f"{file}, line 4: thrusters[0].azimuth: ")
+    with pytest.raises(NotApplicable, match=f"^{place}nullspace: 4 thrusters"):
+        build("nullspace", load_vehicle(file))
+    with pytest.raises(NotApplicable, match=f"^{place}shrink takes no azimuth thrusters yet"):
+        build("shrink", load_vehicle(file))

@@ -14,6 +14,7 @@ from bench.record import read
 
 LINE = (
     "run --vehicle double-ended-ferry --method nullspace --method pinv --method qp/daqp --method soft"
+    " --method clip --method redistribute --method priority"
     " --method mine.py --demands active --demands infeasible --demands jolts --n 8 --repeats 1 --budget-ms 1"
     " --level tight --out out"
 )
@@ -36,12 +37,12 @@ def test_a_run_of_a_ferry_judges_by_polygons_and_goes_on_behind_what_refuses(
     (tmp_path / "mine.py").write_text(BOXED)
     result = CliRunner().invoke(cli, LINE.split(), standalone_mode=False)
     assert result.return_value == 1, result.output
-    assert "jolts: double-ended-ferry: demands 'jolts': takes no azimuth thrusters" in " ".join(
+    assert "line 8: thrusters[0].azimuth: demand set 'jolts' takes no azimuth thrusters yet" in " ".join(
         result.output.split()
     )
     cells = {(cell.key.method, cell.key.demands): cell for cell in read(tmp_path / "out").cells}
     for demands in ("active", "infeasible"):
-        for method in ("nullspace", "qp/daqp"):
+        for method in ("nullspace", "qp/daqp", "clip", "redistribute", "priority"):
             judged = cells[method, demands].judged
             assert judged is not None
             assert judged.wrong == ""
@@ -52,7 +53,7 @@ def test_a_run_of_a_ferry_judges_by_polygons_and_goes_on_behind_what_refuses(
     assert "a limit is violated" in judged.wrong
     rows = list(csv.DictReader((tmp_path / "out" / "results.csv").read_text().splitlines()))
     assert {row["reason"] for row in rows if row["method"] == "soft"} == {
-        "soft: takes no azimuth thrusters yet: it knows thrusters along a line; see docs/azimuth.md"
+        "soft takes no azimuth thrusters yet: it knows thrusters along a line; see docs/azimuth.md"
     }
     details = (tmp_path / "out" / "details.md").read_text()
     assert "bow, stern" in details
