@@ -145,11 +145,11 @@ def _watch(vehicle: Vehicle, noise: FloatArray, scalar: Scalar) -> Program:
     squares = [(each * each).named(f"q{i}") for i, each in enumerate(f)]
     is_usual = reduce(add, [*squares, *(each * each for each in r)]) <= _bound(vehicle)
     builder.refuse(~is_usual, NOT_FINITE)
+    builder.write(dict(enumerate(squares)), "power")
+    builder.fence()  # with squares alive behind it, a Cortex-M33 has too few registers
     builder.compute(*along.shared)
-    new = {}
-    for i in n:
-        new["push", i] = f[i] * signed(along.rows[i], graph)
-        new["power", i] = squares[i]
+    new = {("power", i): each for i, each in enumerate(squares)}
+    new |= {("push", i): f[i] * signed(along.rows[i], graph) for i in n}
     return builder.program([], 0, beside=new)
 
 

@@ -167,11 +167,11 @@ class Builder:
         steps = self._open.pop()
         self._open[-1].append(Branch(condition.node, tuple(steps), tuple(dict.fromkeys(merged)), unlikely))
 
-    def write(self, thrusts: dict[int, Expression]) -> None:
-        """These thrusts are written next, and hold no register from then on; nothing is refused behind it."""
-        for i, value in thrusts.items():
-            self._open[-1].append(Write("f", i))
-            self._written["f", i] = value.node
+    def write(self, values: dict[int, Expression], array: str = "f") -> None:
+        """These outputs are written next, and hold no register from then on; nothing is refused behind it."""
+        for i, value in values.items():
+            self._open[-1].append(Write(array, i))
+            self._written[array, i] = value.node
 
     def loop(self, loop: DataLoop, *arrays: Sequence[Number]) -> list[Expression]:
         """Result of a loop over data, in the last of these arrays."""
