@@ -6,7 +6,7 @@ none of them negative, what a current changes of it, and a constant wrench, as o
 without it mass, drag and readiness can all be scaled together (``estimate_ratios``).
 
 Errors of an axis follow each other: rows are replaced by what they differ from rho times the row before,
-with rho and the size of the errors from a first solution (Cochrane and Orcutt 1949, J. American Statistical
+with rho and the size of errors from the solution before (Cochrane and Orcutt 1949, J. American Statistical
 Association 44). Intervals are those of the linear model, so they hold no error of M, f or the form of drag.
 """
 
@@ -35,6 +35,9 @@ MODEL = 0.9
 """Readiness that errors of mass and thrust curves may feign [-]."""
 VAGUE = 0.5
 """Half-width of an interval from which nothing can be said of a thruster [-]."""
+PASSES = 3
+"""Solutions of a window: as if errors were independent and there was no current, then twice with what the one
+before left of both."""
 DEPENDENT = 1e-6
 """Singular value, of the largest, below which a direction of unknowns left no trace in a window."""
 
@@ -79,6 +82,7 @@ def estimate_windows(
     """
     unknowns = vehicle.n + 5 * vehicle.k
     edges = np.arange(t[0], t[-1] + 1e-9, WINDOW_S) if len(t) else np.empty(0)
+    v = neighbour_velocity(t, a, v)
     for begin in edges.tolist():
         rows = (t >= begin) & (t < begin + WINDOW_S)
         if rows.sum() * vehicle.k < FEWEST * unknowns or t[rows][-1] - begin < WINDOW_S / 2:
@@ -96,23 +100,44 @@ def estimate_readiness(
     """
     if vehicle.inertia is None:
         raise VehicleError(f"{vehicle.name}: has no 'inertia'; ask estimate_ratios", "inertia")
-    inertia = vehicle.inertia[[DOF.index(axis) for axis in vehicle.dof]]
-    A, lower, upper = columns(vehicle, f, v)
+    which = [DOF.index(axis) for axis in vehicle.dof]
+    inertia, k, n = vehicle.inertia[which], vehicle.k, vehicle.n
     b = inertia * a + coriolis(vehicle, inertia, v)
-    x = _solve_bounded(A.reshape(-1, A.shape[-1]), b.ravel(), lower, upper)
-    rho, spread = persistence(b - A @ x, b)
-    rows = whiten(A, rho[:, None], spread[:, None]).reshape(-1, A.shape[-1])
-    right = whiten(b, rho, spread).ravel()
-    x = _solve_bounded(rows, right, lower, upper)
-    half_width = INTERVAL * deviations(rows, right - rows @ x, np.eye(len(x))[: vehicle.n])
-    return np.where(np.isinf(half_width), np.nan, x[: vehicle.n]), half_width
+    low, high = np.quantile(v, (0.1, 0.9), axis=0)  # so slow that drag changes its sign in the window
+    current, rho, spread = np.zeros(k), np.zeros(k), np.ones(k)
+    for _ in range(PASSES):
+        A, lower, upper = columns(vehicle, f, v - current)
+        rows = whiten(A, rho[:, None], spread[:, None]).reshape(-1, A.shape[-1])
+        right = whiten(b, rho, spread).ravel()
+        x = _solve_bounded(rows, right, lower, upper)
+        rho, spread = persistence(b - A @ x, b)
+        quadratic, along = x[n + k : n + 2 * k], x[n + 3 * k :]
+        is_felt = (quadratic > 0.0) & np.isin(which, range(3))
+        current -= np.where(is_felt, along / (2.0 * np.where(is_felt, quadratic, 1.0)), 0.0)
+        current = np.clip(current, np.minimum(low, 0.0), np.maximum(high, 0.0))
+    half_width = INTERVAL * deviations(rows, right - rows @ x, np.eye(len(x))[:n])
+    return np.where(np.isinf(half_width), np.nan, x[:n]), half_width
+
+
+def neighbour_velocity(t: FloatArray, a: FloatArray, v: FloatArray) -> FloatArray:
+    """Velocity (N, k) of each row from the rows before and after it, to second order in their distance.
+
+    Feedback puts the noise of a row's own velocity into its thrusts: with it, readiness would be biased. The
+    first and the last row keep their own.
+    """
+    before, after = (t[1:-1] - t[:-2])[:, None], (t[2:] - t[1:-1])[:, None]
+    found, span = v.copy(), np.maximum(before + after, 1e-9)  # rows may have one time
+    found[1:-1] += (after * (v[:-2] - v[1:-1]) + before * (v[2:] - v[1:-1])) / span
+    found[1:-1] -= before * after / span * (a[2:] - a[:-2]) / 2.0
+    return found
 
 
 def columns(vehicle: Vehicle, f: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """A (N, k, m) of A x = M a + C(v) v, and bounds (m,) of x.
 
     x is p, then linear drag, quadratic drag and constant of each axis, and a factor of |v|: with a current c
-    drag is (v - c)|v - c|, which is v|v| - 2 c|v| to first order.
+    drag is (v - c)|v - c|, which is v|v| - 2 c|v| to first order; ``v`` may be less a current that is
+    nearly known, and the factor is what the rest of it changes.
     """
     N, k, n = len(f), vehicle.k, vehicle.n
     pushed = vehicle.T * f[:, None, :]  # (N, k, n)
@@ -149,12 +174,13 @@ def whiten(rows: FloatArray, rho: FloatArray, spread: FloatArray) -> FloatArray:
 
 
 def _solve_bounded(A: FloatArray, b: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
-    """Bounded least squares with columns of unit length."""
+    """Bounded least squares with columns of unit length; R of A and b has the same answer, in few rows."""
     from scipy.optimize import lsq_linear
 
     size = np.linalg.norm(A, axis=0)
     size = np.where(size > 0.0, size, 1.0)
-    x: FloatArray = lsq_linear(A / size, b, (lower * size, upper * size), method="bvls").x / size
+    R = np.asarray(np.linalg.qr(np.column_stack([A / size, b]), mode="r"))
+    x: FloatArray = lsq_linear(R[:, :-1], R[:, -1], (lower * size, upper * size), method="bvls").x / size
     return x
 
 
@@ -162,7 +188,7 @@ def deviations(A: FloatArray, errors: FloatArray, G: FloatArray) -> FloatArray:
     """Standard deviations of G x from rows A (N, m) with errors (N,); infinite where they leave it open."""
     size = np.linalg.norm(A, axis=0)
     size = np.where(size > 0.0, size, 1.0)
-    _, sigma, Vt = np.linalg.svd(A / size, full_matrices=False)
+    _, sigma, Vt = np.linalg.svd(np.linalg.qr(A / size, mode="r"))
     kept = sigma > DEPENDENT * sigma.max(initial=0.0)
     free, G = max(len(A) - int(kept.sum()), 1), G / size
     is_open = ((G @ Vt[~kept].T) ** 2).sum(axis=1) > DEPENDENT * (G**2).sum(axis=1)

@@ -15,7 +15,9 @@ from bench.judging.readiness import (
     estimate_readiness,
     estimate_windows,
     groups,
+    neighbour_velocity,
 )
+from dives import body, fly
 from tests.dives import dive
 
 
@@ -59,6 +61,29 @@ def test_intervals_hold_the_truth_in_about_95_percent_of_cases(name: str) -> Non
         p, half_width = estimate_readiness(vehicle, flown.f, flown.a, flown.v)
         inside += (np.abs(p - truth) <= half_width).tolist()
     assert 0.90 <= np.mean(inside) <= 0.995
+
+
+def test_neither_a_current_nor_noise_that_is_fed_back_shifts_estimates() -> None:
+    plain = load_vehicle("ukwial")
+    size = body(plain)
+    vehicle, rng = replace(plain, inertia=size * M), np.random.default_rng(21)
+    truth = rng.uniform(0.0, 1.0, (60, vehicle.n))
+    flight = fly(vehicle, rng, truth, current=0.2, size=size, gain=2.0)
+    off = []
+    for p, f, a, v in zip(truth, *flight[1:], strict=True):
+        found, half_width = estimate_readiness(vehicle, f, a, neighbour_velocity(flight.t, a, v))
+        off += ((found - p) / half_width * 1.96).tolist()
+    assert abs(np.mean(off)) < 0.25  # standard deviations; 240 cases
+
+
+def test_the_neighbour_velocity_a_row_is_that_of_a_parabola_and_not_of_the_rows_noise() -> None:
+    t = np.cumsum(np.random.default_rng(1).uniform(0.02, 0.08, 50))
+    v, a = (2.0 - 3.0 * t + 5.0 * t**2)[:, None], (10.0 * t - 3.0)[:, None]
+    assert neighbour_velocity(t, a, v) == pytest.approx(v)
+    noisy = v.copy()
+    noisy[20] += 1.0
+    assert neighbour_velocity(t, a, noisy)[20] == pytest.approx(v[20])
+    assert np.isfinite(neighbour_velocity(np.zeros(50), a, v)).all()
 
 
 def test_a_thruster_that_was_never_asked_has_no_readiness() -> None:
