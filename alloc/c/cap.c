@@ -30,16 +30,11 @@ static const struct piece *lies(int row, SCALAR f)
 {
     const SCALAR place = (f - spans[row].first) * spans[row].per;
     const int cell = place > ZERO ? (place < CELLS - 1 ? (int)place : CELLS - 1) : 0;
-    int first = cells[row][cell], last = cells[row][cell + 2];
-    while (first < last) {
-        const int middle = first + (last - first + 1) / 2;
-        if (f >= pieces[middle].f) {
-            first = middle;
-        } else {
-            last = middle - 1;
-        }
+    const struct piece *piece = &pieces[cells[row][cell]], *const last = &pieces[cells[row][cell + 2]];
+    while (piece < last && f >= piece[1].f) {
+        piece++;
     }
-    return &pieces[first];
+    return piece;
 }
 #endif
 
@@ -169,7 +164,7 @@ ENTRY
         is_straight &= TOUCHES_NOT(beyond.f[i], least, most);
     }
     within.at = ZERO;
-    within.amps = total(&now, within.f, none, ZERO, &slope);
+    within.amps = rests && NOTHING_AT_REST ? ZERO : total(&now, within.f, none, ZERO, &slope);
     if (!(within.amps <= cap)) {
         return TB_INFEASIBLE;
     }

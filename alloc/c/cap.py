@@ -153,6 +153,8 @@ def _macros(target: Target) -> Iterator[tuple[str, str]]:
     yield "TOUCH", number(TOUCH * vehicle.f_scale, scalar)
     zero = number(0.0, scalar)
     yield "TOUCHES_NOT(x, least, most)", f"((least + TOUCH < x && x < most - TOUCH) || x == {zero})"
+    rest = [row.draws(np.zeros(1)).item() for current in _tables(target) for row in current.convex]
+    yield "NOTHING_AT_REST", str(int(not any(rest)))
     yield "BENT", number(BENT[scalar] * vehicle.f_scale, scalar)
     yield "INSET", number(INSET, scalar)
     yield from {"STEPS": str(STEPS[scalar]), "NEWTON": str(NEWTON)}.items()
