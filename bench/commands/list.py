@@ -36,10 +36,11 @@ def command() -> None:
     there = (board.name for processor in names() for board in boards(processor))
     console.print("\nBoards for `size --board`:", ", ".join(there), "\n")
     vehicles = []
-    for name in list_vehicles():
+    for name in sorted([*list_vehicles(), *list_vehicles(azimuths=True)]):
         v = load_vehicle(name)
         limits = f"{v.f_min.min():g} … {v.f_max.max():g}"
-        vehicles.append((name, str(v.k), str(v.n), str(v.nullity), limits, v.source))
+        source = f"{len(v.azimuths)} of them turn; {v.source}" if v.azimuths else v.source
+        vehicles.append((name, str(v.k), str(len(v.actuators)), str(v.nullity), limits, source))
     _table(console, ("vehicle", "DOF", "thrusters", "d", "limits [N]", "source"), vehicles)
 
 

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from alloc import AllocError, Vehicle, load_vehicle
+from alloc import AllocError, Vehicle, build, load_vehicle
 from alloc.errors import VehicleError
 from alloc.vehicle.azimuth import Azimuth, polygon_corners
 from alloc.vehicle.azimuth_file import free_arcs
 from alloc.vehicle.limits import Slew
-from tests.azimuths import FERRY
+from tests.azimuths import FERRY, corners_lp, demands_around
 
 MIXED = """\
 name: boat
@@ -192,3 +192,19 @@ def test_limits_of_a_moment_and_another_frame_are_refused(tmp_path: Path) -> Non
     for refused in (lambda: vehicle.limits(), lambda: vehicle.with_frame("flu")):
         with pytest.raises(AllocError, match="takes no azimuth thrusters yet"):
             refused()
+
+
+def test_the_supply_vessel_s_columns_and_limits_are_those_of_its_source() -> None:
+    """thrConfig of MSS: a tunnel gives [0, 1, l_x], an azimuth [cos a, sin a, l_x sin a - l_y cos a]."""
+    vessel = load_vehicle("offshore-supply-vessel")
+    assert vessel.actuators == ((0,), (1,), (2, 3), (4, 5))
+    f = np.array([1.0, 2.0, *3.0 * np.array([np.cos(0.4), np.sin(0.4)]), 0.0, 5.0])
+    yaw = 37 * 1.0 + 35 * 2.0 + 3.0 * (-83 / 2 * np.sin(0.4) - 7 * np.cos(0.4)) - 83 / 2 * 5.0
+    assert vessel.T @ f == pytest.approx([3 * np.cos(0.4), 3.0 + 3 * np.sin(0.4) + 5.0, yaw])
+    assert vessel.f_max[:2].tolist() == [-x for x in vessel.f_min[:2]] == [3e5, 3e5]
+    longest = [np.linalg.norm(one.corners, axis=1).max() for one in vessel.azimuths]
+    assert longest == pytest.approx([4.2e5, 6.55e5])
+    allocate = build("scaled", vessel)
+    rng = np.random.default_rng(3)
+    for tau in demands_around(vessel, rng, 6):
+        assert allocate(tau).share[0] == pytest.approx(min(1.0, corners_lp(vessel, tau)), rel=1e-8)

@@ -157,3 +157,10 @@ def test_a_plug_in_is_held_to_the_polygons(
     result = CliRunner().invoke(cli, line.split())
     assert isinstance(result.exception, PluginError) == wrong
     assert ("a limit is violated, by 3.4 N" in str(result.exception)) == wrong
+
+
+def test_the_list_has_vehicles_whose_thrusters_turn_and_counts_thrusters() -> None:
+    lines = run("list").splitlines()
+    (at,) = (i for i, line in enumerate(lines) if line.startswith("offshore-supply-vessel"))
+    assert lines[at].split()[1:4] == ["3", "4", "3"]
+    assert lines[at + 1].strip().startswith("2 of them turn; cybergalactic/MSS")
