@@ -49,6 +49,12 @@ FAULTS = {
         "static int n; pthread_t t; if (n++ < 200) { pthread_create(&t, NULL, idle, NULL); }",
         "its calls leave threads behind: [0-9]+ more",
     ),
+    "races": (
+        "#include <pthread.h>\n#include <unistd.h>\nstatic volatile int n;\n"
+        "static void *count(void *x)\n{\n    for (;; n++) usleep(1000);\n    return x;\n}",
+        "static pthread_t t; if (!t) pthread_create(&t, NULL, count, NULL); output->f[0] += 1e-3 * (n % 2);",
+        "its calls leave threads behind: 1 more",
+    ),
     "forks": (
         "#include <unistd.h>",
         "static int n; if (n++ % 30 == 0 && fork() == 0) { _exit(0); }",
