@@ -1,32 +1,41 @@
 """HTML pages from templates: a Markdown text as one file that can be mailed, and report.html with its data.
 
-The data of report.html have the verdict at every limit for each machine, vehicle and method. Single calls
-are multisets of times. Methods share many times, so ``times`` has each once, and a multiset is [index in
-``times``, count, distance to the next index, count, …].
+The data of report.html have what ``thrustbench size`` says of each loop that the page offers, so that the
+page only looks it up. Single calls are multisets of times. Methods share many times, so ``times`` has each
+once, and a multiset is [index in ``times``, count, distance to the next index, count, …].
 """
 
 import re
 from base64 import b64encode
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
-from itertools import pairwise
+from itertools import groupby, pairwise, product
+from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 from urllib.parse import unquote
 
 from alloc.formulations import find_formulation
 from alloc.vehicle.frame import described
 from bench.record import Capability
 from bench.report.pictures.style import BLUE, DARK, FAINT, FAMILIES, GREEN, INK, ORANGE, PAPER, VERMILION
-from bench.report.verdict import opening_loop, spoken_name, trust_note
+from bench.report.verdict import opening_loop, trust_note, verdict
 from bench.results.columns import Row
-from bench.results.emulated import METHOD, KernelCost, assumed_cpi, emulated_rows, find_kernels
-from bench.results.machines import NamedRun, emulated_name
-from bench.results.quantiles import Histogram, interval, largest, largest_of_all, merge
+from bench.results.emulated import (
+    METHOD,
+    Cpi,
+    KernelCost,
+    assumed_cpi,
+    emulated_rows,
+    find_band,
+    find_kernels,
+)
+from bench.results.machines import NamedRun, emulated_name, sizes_on_all
+from bench.results.quantiles import Histogram, group, interval, largest, largest_of_all, merge
 from bench.results.ranking import largest_loss, largest_miss, served_text
 from bench.results.rows import Run, sort_sets
-from bench.results.size import CERTAIN, CLOSE, EDGES, SPARE, Fit, Size
+from bench.results.size import Fit, Loop, Size, best_of_each, rank_sizes
 from bench.results.sizing import Pool, method_pools, pool_rows, sized_methods
 
 if TYPE_CHECKING:
@@ -112,69 +121,164 @@ def _title(markdown: str) -> str:
     return markdown.partition("\n")[0].lstrip("# ")
 
 
+RATES_HZ = (10.0, 20.0, 50.0, 100.0, 200.0, 400.0, 1000.0)
+"""Control rates that the page offers [Hz], besides that of a user's log."""
+BUDGETS = (1, 5, 10, 20)
+"""Shares of the period that it offers for allocation [%]."""
+CLOCKS_MHz = (48, 168, 480)
+"""Clocks of emulated processors that it offers [MHz]."""
+
+
+class Distinct(dict[Any, int]):
+    """The place of each value in a list without repeats, in the order in which they were first asked for."""
+
+    def __missing__(self, value: Any) -> int:
+        """Put a new value at the end."""
+        self[value] = len(self)
+        return self[value]
+
+
+class Place(NamedTuple):
+    """A machine that was timed or a processor that was emulated: its data for the page, and its sizes.
+
+    They are by demand set, clock [MHz] and loop; where it was timed clocks are 0, else sets are "".
+    """
+
+    entry: dict[str, Any]
+    sized: Mapping[tuple[str, int, Loop], list[Size]]
+
+    def sizes(self, demands: str, clock: int, loop: Loop) -> list[Size]:
+        """Sizes of a demand set, a clock [MHz] and a loop."""
+        return self.sized[(demands, 0, loop) if self.entry["timed"] else ("", clock, loop)]
+
+
 def data(machines: Sequence[NamedRun]) -> dict[str, Any]:
-    """Data of report.html, ready for JSON."""
-    times = sorted({ns for m in machines for row in m.run.rows for ns, _ in row.measured.singles} | {0})
-    place = {ns: i for i, ns in enumerate(times)}
-    found = [machine for m in machines for machine in _machine(m, place)]
-    pools = [pool for machine in found for method in machine["methods"] for pool in method["pools"]]
-    sets = {pool["demands"] for pool in pools} - {""}
-    titles = {method["formulation"]: method["title"] for machine in found for method in machine["methods"]}
+    """Data of report.html, ready for JSON.
+
+    ``answers`` has for each place, then for all together, by demand set and vehicle, for each clock, rate and
+    budget an index into ``outcomes``: [parts of the sentence in ``words``, an order in ``orders``], and an
+    order is indices into ``labels``.
+    """
+    opening = opening_loop(*(m.run for m in machines))
+    rates = sorted({*RATES_HZ, opening.rate_hz})
+    loops = [Loop(rate, budget / 100) for rate in rates for budget in BUDGETS]
+    limits = sorted({loop.limit_us for loop in loops})
+    times = sorted({0} | {ns for m in machines for row in m.run.rows for ns, _ in row.measured.singles})
+    place_of = {ns: i for i, ns in enumerate(times)}
+    judged, words, labels, orders, outcomes = (Distinct() for _ in range(5))
+    found: list[Place] = []
+    for machine in machines:
+        if machine.run.by_vehicle:
+            found.append(_timed(machine, loops, place_of, judged))
+        found += _emulated(machine.run, loops)
+    methods = [method for place in found for method in place.entry["methods"]]
+    sets = sort_sets({pool["demands"] for method in methods for pool in method["pools"]} - {""})
+    titles = {method["formulation"]: method["title"] for method in methods}
+
+    def answer(places: Sequence[Place], demands: str) -> dict[str, list[int]]:
+        by_vehicle: dict[str, list[int]] = {}
+        clocks = CLOCKS_MHz[:1] if all(place.entry["timed"] for place in places) else CLOCKS_MHz
+        for clock, loop in product(clocks, loops):
+            sized = {place.entry["name"]: place.sizes(demands, clock, loop) for place in places}
+            one, *others = sized.values()
+            ranked = sizes_on_all(sized, loop) if others else rank_sizes(one, loop.period_us)
+            for vehicle, ranked_there in groupby(ranked, key=attrgetter("vehicle")):
+                own = list(ranked_there)
+                said = tuple(words[part] for part in verdict(best_of_each(own), loop).split("; "))
+                order = orders[tuple(labels[size.label] for size in own)]
+                by_vehicle.setdefault(vehicle, []).append(outcomes[said, order])
+        return by_vehicle
+
+    chosen = [*([place] for place in found), *([found] if len(found) > 1 else [])]
     return {
-        "close": CLOSE,
-        "spare": SPARE,
-        "edges": EDGES,
-        "certain": CERTAIN,
         "fits": [str(fit) for fit in Fit],
-        "rate_hz": opening_loop(*(m.run for m in machines)).rate_hz,
+        "rate": rates,
+        "budget": BUDGETS,
+        "clock": CLOCKS_MHz,
+        "opening": {"rate": opening.rate_hz, "budget": 100 * opening.budget, "clock": CLOCKS_MHz[1]},
+        "limits": limits,
+        "cycles": sorted({round(clock * limit) for clock in CLOCKS_MHz for limit in limits}),
         "times": times,
-        "sets": sort_sets(sets),
+        "sets": sets,
         # A method that is not installed has no formulation.
         "formulations": {name: titles[name] for name in sorted(titles) if name},
-        "machines": found,
+        "machines": [place.entry for place in found],
+        "answers": [
+            {demands: answer(places, demands) for demands in ["", *sets * places[0].entry["timed"]]}
+            for places in chosen
+        ],
+        "judged": list(judged),
+        "words": list(words),
+        "labels": list(labels),
+        "orders": list(orders),
+        "outcomes": list(outcomes),
         # A record of counts alone has no problems, so no frames.
         "frames": {p.vehicle: described(p.frame) for m in machines for p in m.run.record.problems},
     }
 
 
-def _machine(machine: NamedRun, place: dict[float, int]) -> list[dict[str, Any]]:
-    """Entries of the machine that was timed and of each emulated processor."""
+def _timed(
+    machine: NamedRun, loops: Sequence[Loop], place_of: Mapping[float, int], judged: Distinct
+) -> Place:
+    """A machine that was timed."""
     run = machine.run
-    found: list[dict[str, Any]] = []
-    if run.by_vehicle:
-        methods = zip(sized_methods(run), method_pools(run), strict=True)
-        found.append(
-            {
-                "name": machine.name,
-                "sure": f"was {trust_note(run)}",
-                "methods": [_method(run, rows, pool, place) for rows, pool in methods],
-                "curves": {
-                    vehicle: _curves(capability)
-                    for vehicle in run.vehicles
-                    if (capability := run.capability(vehicle)) is not None
-                },
-            }
-        )
-    kernels = find_kernels(emulated_rows(run.record.emulated))
+    methods = []
+    limits = sorted({loop.limit_us for loop in loops})
+    at: dict[tuple[str, float], list[Size]] = {}
+    for rows, every in zip(sized_methods(run), method_pools(run), strict=True):
+        pools = [("", every), *((row.demands, pool_rows(run, [row], demands=row.demands)) for row in rows)]
+        methods.append(_method(run, rows, [pool for _, pool in pools], place_of))
+        for (demands, pool), entry in zip(pools, methods[-1]["pools"], strict=True):
+            entry["at"] = []
+            for limit in limits:
+                size = pool.size(Loop(1.0, deadline_us=limit))
+                bound = _round_digits(size.bound, 100.0, 3)
+                entry["at"].append(judged[size.fit, size.reason, size.late, bound])
+                at.setdefault((demands, limit), []).append(size)
+    entry = {
+        "timed": True,
+        "name": machine.name,
+        "sure": f"was {trust_note(run)}",
+        "methods": methods,
+        "curves": {
+            vehicle: _curves(capability)
+            for vehicle in run.vehicles
+            if (capability := run.capability(vehicle)) is not None
+        },
+    }
+    sized = {(d, 0, loop): own for (d, limit), own in at.items() for loop in loops if loop.limit_us == limit}
+    return Place(entry, sized)
+
+
+def _emulated(run: Run, loops: Sequence[Loop]) -> Iterator[Place]:
+    """Each processor that was emulated."""
     known = assumed_cpi(run.record.processors)
-    for target in dict.fromkeys(kernel.target for kernel in kernels if kernel.target in known):
+    counted = [k for k in find_kernels(emulated_rows(run.record.emulated)) if k.target in known]
+    for target, kernels in group(counted, attrgetter("target")).items():
         cpi = known[target]
-        found.append(
-            {
-                "name": emulated_name(target),
-                "sure": f"is counted exactly; {cpi.low:g} to {cpi.high:g} cycles an instruction are assumed"
-                " where no timing is published.",
-                "cpi": [cpi.low, cpi.high],
-                "methods": [_kernel(kernel) for kernel in kernels if kernel.target == target],
-            }
-        )
-    return found
+        sized = {
+            ("", clock, loop): [find_band(k, 1e6 * clock, loop, k.cpi(cpi)).size for k in kernels]
+            for clock, loop in product(CLOCKS_MHz, loops)
+        }
+        fits: dict[tuple[str, str], dict[int, Fit]] = {}
+        for (_, clock, loop), own in sized.items():
+            for size in own:
+                fits.setdefault((size.vehicle, size.label), {})[round(clock * loop.limit_us)] = size.fit
+        entry = {
+            "timed": False,
+            "name": emulated_name(target),
+            "sure": f"is counted exactly; {cpi.low:g} to {cpi.high:g} cycles an instruction are assumed"
+            " where no timing is published.",
+            "methods": [_kernel(k, k.cpi(cpi), fits[k.vehicle, k.label]) for k in kernels],
+        }
+        yield Place(entry, sized)
 
 
-def _method(run: Run, rows: Sequence[Row], pool: Pool, place: dict[float, int]) -> dict[str, Any]:
+def _method(
+    run: Run, rows: Sequence[Row], pools: Sequence[Pool], place_of: Mapping[float, int]
+) -> dict[str, Any]:
     """Entry of one method, with a pool of all demand sets and one of each."""
     first, solver = rows[0], rows[0].described.solver
-    problem = run.problem_by_set.get((first.vehicle, first.demands))
     version = run.record.header.versions.get(solver, "")
     return {
         "vehicle": first.vehicle,
@@ -187,7 +291,6 @@ def _method(run: Run, rows: Sequence[Row], pool: Pool, place: dict[float, int]) 
         "title": first.title,
         "unlimited": first.unlimited,
         "steps": first.worst_case_steps,
-        "freedom": problem.nullity if problem else None,
         "iterations": largest(row.iterations_max for row in rows),
         "memory_MB": largest_of_all([row.peak_rss_MB for row in rows]),
         "allocator_kB": _round_digits(largest(row.allocator_bytes for row in rows), 1e-3),
@@ -195,74 +298,46 @@ def _method(run: Run, rows: Sequence[Row], pool: Pool, place: dict[float, int]) 
         "distance": _round_digits(largest(row.distance_relative for row in rows)),
         "promise": _round_digits(largest(row.tolerance for row in rows)),
         "served": served_text(run, first.vehicle, first) if first.call_p50_us is not None else "",
-        "pools": [{"demands": "", **_pool(pool, rows), "lost": _round_digits(largest_miss(rows))}]
+        "pools": [{"demands": "", **_pool(pools[0], rows), "lost": _round_digits(largest_miss(rows))}]
         + [
-            {
-                "demands": row.demands,
-                **_pool(pool_rows(run, [row], demands=row.demands), [row]),
-                "singles": _pack(row.measured.singles, place),
-            }
-            for row in rows
+            {"demands": row.demands, **_pool(pool, [row]), "singles": _pack(row.measured.singles, place_of)}
+            for row, pool in zip(rows, pools[1:], strict=True)
         ],
     }
 
 
 def _pool(pool: Pool, rows: Sequence[Row]) -> dict[str, Any]:
-    """Measurements on some demand sets, and tables that the page looks up by the limit.
-
-    ``verdicts`` is a list of [least limit [us], fit, reason, usefulness], by limit;
-    ``bounds`` has the bound on late calls [%] for a limit at each time of the single calls.
-    """
+    """Measurements on some demand sets."""
     static = pool.static
-    bounds = [_round_digits(pool.late(ns / 1000)[1], 100.0, 3) for ns, _ in pool.singles]
     slowest = max(rows, key=lambda row: row.call_p50_us or 0.0)
     return {
-        **_worth(static),
-        "refused": _round_digits(static.refused),
+        "exact": static.exact,
         "lost": _round_digits(largest(largest_loss(row) for row in rows)),
         "p50": static.p50_us,
-        "cpu": static.cpu_us,
         "p999": static.p999_us,
         "max": static.max_us,
         "calls": static.calls,
         "p50_range": [slowest.call_p50_low_us, slowest.call_p50_high_us],
-        "p999_range": _interval(merge(row.measured.singles for row in rows)),
-        "verdicts": [(*each[:3], static.usefulness(each[1], each[3])) for each in pool.verdicts()],
-        "bounds": bounds,
+        "p999_range": [
+            ns / 1000 for ns in interval(merge(row.measured.singles for row in rows), 0.999) or ()
+        ],
     }
 
 
-def _worth(size: Size) -> dict[str, Any]:
-    """Fields of a size that do not depend on the limit."""
-    return {
-        "exact": size.exact,
-        "refusal": size.refusal,
-        "part": size.part,
-        "gap": size.gap,
-        "other_gap": size.other_gap,
-        "missing": [size.missing_low, size.missing, size.missing_high],
-        "n_even": size.n_even,
-        "misses": size.misses.hex(),
-        "picky": size.picky,
-        "spoken": spoken_name(size),
-        "precedence": size.precedence,
-    }
-
-
-def _kernel(kernel: KernelCost) -> dict[str, Any]:
-    """Entry of one counted kernel, with its ``usefulness`` by fit: that depends on the clock."""
-    known, size = find_formulation(kernel.formulation), kernel.size()
+def _kernel(kernel: KernelCost, cpi: Cpi, fits: Mapping[int, int]) -> dict[str, Any]:
+    """Entry of one counted kernel, with its verdicts by the cycles that it may take."""
+    known, size = find_formulation(kernel.formulation), kernel.size
+    missed = f"not counted: {', '.join(kernel.missed)}" if kernel.missed else ""
     return {
         **{name: getattr(kernel, name) for name in METHOD},
         "label": kernel.label,
-        **_worth(size),
+        "exact": size.exact,
         "title": known.title,
         "unlimited": not known.limited,
-        "usefulness": [size.usefulness(fit) for fit in Fit],
         "instructions": kernel.instructions,
-        "cpi": None if kernel.cycles is None else [cycles / kernel.instructions for cycles in kernel.cycles],
-        "wrong": size.reason,
-        "missed": ", ".join(kernel.missed),
+        "cycles": [kernel.instructions * cycles for cycles in (cpi.low, cpi.high)],
+        "fits": "".join(str(int(fits[limit])) for limit in sorted(fits)),
+        "reason": size.reason or missed,
         "steps": None,
         "memory_MB": None,
         "served": "",
@@ -271,37 +346,24 @@ def _kernel(kernel: KernelCost) -> dict[str, Any]:
 
 
 def _curves(capability: Capability) -> list[dict[str, Any]]:
+    fields = {"size": "size", "p50": "error_p50", "max": "error_max"}
     return [
-        {
-            "method": curve.method,
-            "size": _round_values(curve.size),
-            "p50": _round_values(curve.error_p50),
-            "max": _round_values(curve.error_max),
-        }
+        {"method": curve.method, **{k: [round(v, 4) for v in getattr(curve, f)] for k, f in fields.items()}}
         for curve in capability.curves
     ]
 
 
-def _pack(singles: Histogram, place: dict[float, int]) -> list[int]:
+def _pack(singles: Histogram, place_of: Mapping[float, int]) -> list[int]:
     packed, before = [], 0
     for ns, count in singles:
-        packed += [place[ns] - before, count]
-        before = place[ns]
+        packed += [place_of[ns] - before, count]
+        before = place_of[ns]
     return packed
-
-
-def _interval(singles: Histogram) -> list[float | None]:
-    ends = interval(singles, 0.999)
-    return [None, None] if ends is None else [end / 1000 for end in ends]
 
 
 def _round_digits(value: float | None, factor: float = 1.0, digits: int = 4) -> float | None:
     """A number as the page stores it, by default with one digit more than it shows."""
     return None if value is None else float(f"{value * factor:.{digits}g}")
-
-
-def _round_values(values: Iterable[float]) -> list[float]:
-    return [round(value, 4) for value in values]
 
 
 def html(machines: Sequence[NamedRun], report: str, details: str) -> str:

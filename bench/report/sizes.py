@@ -169,7 +169,7 @@ def counts_page(
     ]
     if reason := refusal_reason([row.emulated for row in counted]):
         return f"Nothing was counted on emulated processors: {reason}.\n"
-    shown = bands(counted, clock_MHz * 1e6, loop, known, given)
+    shown = bands(find_kernels(counted), clock_MHz * 1e6, loop, known, given)
     bounded = any(band.kernel.at_most is not None for band in shown)
     asked = any(band.kernel.one_failed is not None for band in shown)
     off = " *One off* is the same count with any one thruster off." * asked

@@ -6,6 +6,7 @@ of a call by published timings, those are the band (``KernelCost.cpi``).
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 from alloc import catalogue
 from alloc.discovery import Entry
@@ -241,11 +242,12 @@ class KernelCost:
         low, high = (cycles / self.instructions for cycles in self.cycles)
         return Cpi(low, high, PUBLISHED)
 
-    @property
+    @cached_property
     def optimal(self) -> bool:
         """True if the method answers the optimum within limits, eq. 4-5."""
         return find_formulation(self.formulation).optimal
 
+    @cached_property
     def size(self) -> Size:
         """The part of its size that no clock changes; with a reason it has no verdict."""
         picky = refuses(self.formulation)
@@ -330,7 +332,7 @@ def _form(one: Emulated) -> str:
 
 
 def bands(
-    rows: Iterable[EmulatedRow],
+    kernels: Iterable[KernelCost],
     clock_hz: float,
     loop: Loop,
     assumed: Mapping[str, Cpi],
@@ -342,9 +344,9 @@ def bands(
     both. The one to take first comes first, as ``rank_sizes`` says.
     """
     by_target: dict[str, dict[tuple[str, str], Band]] = {}
-    for kernel in find_kernels(rows):
+    for kernel in kernels:
         if kernel.target != REFERENCE and (given or kernel.target in assumed):
-            band = _band(kernel, clock_hz, loop, given or kernel.cpi(assumed[kernel.target]))
+            band = find_band(kernel, clock_hz, loop, given or kernel.cpi(assumed[kernel.target]))
             by_target.setdefault(kernel.target, {})[kernel.vehicle, kernel.label] = band
     ranked = [
         own[size.vehicle, size.label]
@@ -362,13 +364,14 @@ def _cycles(rows: Sequence[EmulatedRow], board: str) -> tuple[int, int] | None:
     return max(low for low, _ in known), max(high for _, high in known)
 
 
-def _band(kernel: KernelCost, clock_hz: float, loop: Loop, cpi: Cpi) -> Band:
+def find_band(kernel: KernelCost, clock_hz: float, loop: Loop, cpi: Cpi) -> Band:
+    """The band of a kernel at a clock, for cycles an instruction."""
     low, high = period_share(kernel.instructions, clock_hz, loop.rate_hz, cpi)
     limit = loop.limit_share
     fit = Fit.FITS if high <= limit else Fit.MAY_FIT if low <= limit else Fit.DOES_NOT_FIT
     if kernel.missed and fit != Fit.DOES_NOT_FIT:
         fit = Fit.UNKNOWN
-    size, call_us = kernel.size(), high * loop.period_us
+    size, call_us = kernel.size, high * loop.period_us
     reason = f"{three(100 * low)} to {three(100 * high)} % by its instructions"
     if kernel.missed:
         reason = f"not counted: {', '.join(kernel.missed)}"

@@ -10,7 +10,7 @@ from typing import Any
 from bench.record import Problem, RecordError
 from bench.record.schema import machine_name
 from bench.results.columns import Row
-from bench.results.emulated import Cpi, assumed_cpi, bands, emulated_rows
+from bench.results.emulated import Cpi, assumed_cpi, bands, emulated_rows, find_kernels
 from bench.results.ranking import best_rows, unmeasured_plugins
 from bench.results.rows import Run, read_run
 from bench.results.size import Loop, Size, rank_sizes, worst_size
@@ -197,9 +197,8 @@ def machine_sizes(
     sized = {m.name: sizes(m.run, loop) for m in machines if m.run.by_vehicle}
     for machine in machines if clock_hz else ():
         record = machine.run.record
-        for band in bands(
-            emulated_rows(record.emulated), clock_hz or 0.0, loop, assumed_cpi(record.processors), given
-        ):
+        kernels = find_kernels(emulated_rows(record.emulated))
+        for band in bands(kernels, clock_hz or 0.0, loop, assumed_cpi(record.processors), given):
             sized.setdefault(emulated_name(band.kernel.target), []).append(band.size)
     return sized
 
@@ -225,7 +224,7 @@ def _complete_sizes(sized: Mapping[str, Sequence[Size]]) -> list[dict[str, Size]
             by_name.setdefault((size.vehicle, size.label), {})[machine] = size
     asked = {
         vehicle: {machine for machine, own in sized.items() if any(s.vehicle == vehicle for s in own)}
-        for vehicle, _ in by_name
+        for vehicle in {vehicle for vehicle, _ in by_name}
     }
     return [there for (vehicle, _), there in by_name.items() if there.keys() == asked[vehicle]]
 

@@ -7,7 +7,7 @@ from enum import IntEnum
 from itertools import groupby
 from math import sqrt
 from operator import attrgetter
-from typing import Any
+from typing import Any, NamedTuple
 
 from bench.record import SERVED_WITHIN
 from bench.results.quantiles import largest, largest_of_all
@@ -104,6 +104,33 @@ SPARE = 0.01
 """Share of the period below which a difference of medians decides nothing [-]: the loop has that time."""
 
 
+class Precedence(NamedTuple):
+    """Place of a method in advice: the least ``usefulness`` first, then the median, then the ``place``.
+
+    Attributes
+    ----------
+    usefulness : in turn: whether its median fits, whether it answers every demand that was asked, whether it
+        is exact or how many tenths it misses (as many count as equal), and whether its tail is surely late.
+        So exactness is given up only where no exact method keeps up and answers all; without one, a rule
+        that delivers less is not taken for microseconds that the loop has. A tail that few calls leave open
+        decides nothing, for how many there are depends on the machine.
+    median_us : median CPU time, else by the clock [us]
+    place : among medians that count as equal, by what no clock measures. In turn: whether it answers what
+        another dive may ask, keeps the limits, has a known worst case, is C of the vehicle's own (the
+        costliest call of a library for all may take forty times as long, where its median is as short),
+        needs no QP solver, how much it misses, and the shorter name.
+    """
+
+    usefulness: tuple[int, ...]
+    median_us: float
+    place: tuple[Any, ...]
+
+    @staticmethod
+    def close(least_us: float, period_us: float) -> float:
+        """The median that counts as equal to the least [us]: within CLOSE, or SPARE of the period."""
+        return max(CLOSE * least_us, least_us + SPARE * period_us)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Size:
     """One method, with its start and level, on one vehicle over all its demand sets, or one of them.
@@ -182,46 +209,23 @@ class Size:
     steps: int | None = None
 
     @property
-    def tenths(self) -> int:
-        """``missing`` in tenths, rounded up: below an exact method, as many count as equal.
-
-        What is less than SERVED_WITHIN counts as none: how many demands were asked would decide.
-        """
-        return bisect_left(EDGES, self.missing)
-
-    @property
     def gap(self) -> int:
         """Kind of demands without thrusts: 0 for none, 1 for some that were drawn, 2 for some of a log."""
         return 2 if self.refused > 0 else int(self.unanswered)
 
-    def usefulness(self, fit: Fit | None = None, often: bool | None = None) -> tuple[int, ...]:
-        """Class of a method with this fit and tail, or its own: the least is the one to take first.
+    @property
+    def precedence(self) -> Precedence:
+        """Place in advice."""
+        return self.precedence_if(self.fit, self.gap, self.missing, self.often, self.median_us)
 
-        In turn: whether its median fits, whether it answers every demand that was asked, whether it is exact
-        or how many ``tenths`` it misses, and whether its tail is surely late. So exactness is given up only
-        where no exact method keeps up and answers all; without one, a rule that delivers less is not taken
-        for microseconds that the loop has. A tail that few calls leave open decides nothing, for how many
-        there are depends on the machine.
-        """
-        fit, often = self.fit if fit is None else fit, self.often if often is None else often
+    def precedence_if(self, fit: Fit, gap: int, missing: float, often: bool, median_us: float) -> Precedence:
+        """``precedence`` with these in place of its own."""
+        # What is less than SERVED_WITHIN counts as none: how many demands were asked would decide.
+        tenths = bisect_left(EDGES, missing)
         tail = int(often) if fit <= Fit.WITHOUT_TAIL else int(fit) - 1
-        return int(fit > Fit.MAY_FIT), self.gap, int(not self.exact), self.tenths, tail
-
-    @property
-    def precedence(self) -> tuple[float, ...]:
-        """Place among medians that count as equal, by what no clock measures.
-
-        In turn: whether it answers what another dive may ask, keeps the limits, has a known worst case, is C
-        of the vehicle's own (the costliest call of a library for all may take forty times as long, where its
-        median is as short), needs no QP solver, and how much it misses.
-        """
         facts = (self.picky, self.unlimited, self.steps is None, not self.twin, bool(self.solver))
-        return (*map(int, facts), self.missing if self.tenths else 0.0)
-
-    @property
-    def place(self) -> tuple[Any, ...]:
-        """Place among medians that count as equal: ``precedence``, then the shorter name."""
-        return self.precedence, len(self.method), self.method, self.median_us, self.label
+        place = (*facts, missing if tenths else 0.0, len(self.method), self.method, median_us, self.label)
+        return Precedence((fit > Fit.MAY_FIT, gap, not self.exact, tenths, tail), median_us, place)
 
     @property
     def median_us(self) -> float:
@@ -230,20 +234,15 @@ class Size:
 
 
 def rank_sizes(sizes: Sequence[Size], period_us: float) -> list[Size]:
-    """Sizes by vehicle, the one to take first: by ``usefulness``, then median, then ``precedence``.
-
-    Medians count as equal within CLOSE, and within SPARE of the control period [us].
-    ``instrument/sizing.js`` of the report walks the same two keys for a rate that is typed there.
-    """
+    """Sizes by vehicle, the one to take first: by ``precedence``, for a control period [us]."""
     ranked: list[Size] = []
-    by_median = sorted(sizes, key=lambda s: (s.vehicle, s.usefulness(), s.median_us))
-    for _, alike in groupby(by_median, key=lambda s: (s.vehicle, s.usefulness())):
+    placed = sorted(((s.vehicle, s.precedence, s) for s in sizes), key=lambda own: (own[0], *own[1][:2]))
+    for _, alike in groupby(placed, key=lambda own: (own[0], own[1].usefulness)):
         left = list(alike)
         while left:
-            least = left[0].median_us
-            equal = max(CLOSE * least, least + SPARE * period_us)
-            close = [size for size in left if size.median_us <= equal]
-            ranked += sorted(close, key=attrgetter("place"))
+            equal = Precedence.close(left[0][1].median_us, period_us)
+            close = [own for own in left if own[1].median_us <= equal]
+            ranked += [size for *_, size in sorted(close, key=lambda own: own[1].place)]
             left = left[len(close) :]
     return ranked
 
@@ -269,26 +268,17 @@ def most_missing(size: Size, rival: Size, missing: float) -> float:
     return min(max(missing + (size.missing - rival.missing + margin), 0.0), 1.0)
 
 
-def _reading(size: Size, loop: Loop, missing: float, *, better: bool) -> Size:
-    """A size at the better or the worse end of what noise leaves open, and so much missing."""
+def _reading(size: Size, loop: Loop, missing: float, *, better: bool) -> Precedence:
+    """A size's precedence at the better or the worse end of what noise leaves open, and so much missing."""
     factor = (1 / CLOSE if better else CLOSE) if size.calls else 1.0
     gap = (min if better else max)(size.gap, size.gap if size.other_gap is None else size.other_gap)
-    p50_us, fit, often = size.p50_us, size.fit, size.often and not better
-    if p50_us is not None and fit in (Fit.FITS, Fit.WITHOUT_TAIL, Fit.DOES_NOT_FIT):
-        if factor * p50_us > loop.limit_us:
+    fit = size.fit
+    if size.p50_us is not None and fit in (Fit.FITS, Fit.WITHOUT_TAIL, Fit.DOES_NOT_FIT):
+        if factor * size.p50_us > loop.limit_us:
             fit = Fit.DOES_NOT_FIT
         elif fit == Fit.DOES_NOT_FIT:
             fit = Fit.WITHOUT_TAIL
-    return replace(
-        size,
-        fit=fit,
-        often=often,
-        refused=float(gap > 1) if gap != size.gap else size.refused,
-        unanswered=gap > 0,
-        missing=missing,
-        p50_us=None,
-        cpu_us=factor * size.median_us,
-    )
+    return size.precedence_if(fit, gap, missing, size.often and not better, factor * size.median_us)
 
 
 def possible_first(ranked: Sequence[Size], loop: Loop) -> Size | None:
@@ -297,20 +287,30 @@ def possible_first(ranked: Sequence[Size], loop: Loop) -> Size | None:
     So it is where each other, at the better end of its medians, within CLOSE, stays behind the first with all
     the rest at the worse end; the rival misses what its interval holds, the others ``most_missing`` then.
     """
+    floor_us = min((size.median_us for size in ranked), default=0.0)
     for rival in ranked[1:]:
         low, high = rival.missing_low, rival.missing_high
         for missing in sorted({low, rival.missing, high, *(edge for edge in EDGES if low < edge < high)}):
             best = _reading(rival, loop, missing, better=True)
             worse = (
-                best
-                if size is rival
-                else _reading(size, loop, most_missing(size, rival, missing), better=False)
+                _reading(size, loop, most_missing(size, rival, missing), better=False)
                 for size in ranked
+                if size is not rival
             )
             first = next(worse)
-            if best.usefulness() > first.usefulness():  # so for most, and readings take time
+            if best.usefulness[:3] > first.usefulness[:3]:  # whatever is missing
+                break
+            # Where it counts as equal whatever the least median is, the first stays so: the rest takes time.
+            equal = Precedence.close(min(floor_us, best.median_us), loop.period_us)
+            if first.usefulness < best.usefulness or (
+                first.usefulness == best.usefulness and first.median_us <= equal and first.place < best.place
+            ):
                 continue
-            if rank_sizes([first, *worse], loop.period_us)[0] is best:
+            alike = [own for own in (best, first, *worse) if own.usefulness <= best.usefulness]
+            equal = Precedence.close(min(own.median_us for own in alike), loop.period_us)
+            if all(own.usefulness == best.usefulness for own in alike) and best.place == min(
+                own.place for own in alike if own.median_us <= equal
+            ):
                 return rival
     return None
 
@@ -318,7 +318,9 @@ def possible_first(ranked: Sequence[Size], loop: Loop) -> Size | None:
 def second_size(ranked: Sequence[Size]) -> Size | None:
     """Second choice, by the rule of the first: the next that is as useful, and refuses no more; else None."""
     others = _others(ranked)
-    return others[0] if others and others[0].usefulness() == ranked[0].usefulness() else None
+    return (
+        others[0] if others and others[0].precedence.usefulness == ranked[0].precedence.usefulness else None
+    )
 
 
 def possible_second(ranked: Sequence[Size], loop: Loop) -> Size | None:

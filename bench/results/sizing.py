@@ -1,11 +1,9 @@
 """Fit of methods to a control rate: times, late calls, refusals, and a verdict."""
 
-from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from itertools import pairwise
-from math import inf, prod
+from math import prod
 from statistics import fmean
 
 from bench.record import NO_VEHICLE, SERVED_WITHIN, Problem, Served
@@ -212,9 +210,16 @@ class Pool:
             return own
         late, bound = self.late(loop.limit_us)
         fit, reason, machines, often = self.verdict(loop.limit_us)
-        rate = loop.highest_rate_hz(own.max_us) if own.max_us else None
-        own = replace(own, fit=fit, reason=reason, late=late, bound=bound, rate_hz=rate)
-        return replace(own, machines=machines, often=often)
+        return replace(
+            own,
+            fit=fit,
+            reason=reason,
+            machines=machines,
+            often=often,
+            late=late,
+            bound=bound,
+            rate_hz=loop.highest_rate_hz(own.max_us) if own.max_us else None,
+        )
 
     def late(self, limit_us: float) -> tuple[int, float | None]:
         """Number of calls later than a limit, and the bound on their share: None without calls."""
@@ -240,29 +245,6 @@ class Pool:
             and is_surely_late(late, static.calls)
         )
         return fit, reason or excuse, bool(excuse), often
-
-    def verdicts(self) -> list[tuple[float, Fit, str, bool]]:
-        """Every verdict and whether calls are late often, with the limit [us] from which that holds."""
-        p50 = self.static.p50_us
-        if self.static.reason:
-            return [(0.0, self.static.fit, self.static.reason, False)]
-        if p50 is None:
-            return [(0.0, *self.verdict(0.0)[:2], False)]
-        shown = [p50, self.static.p999_us, self.static.max_us, p50 * (self.static.steps or 0)]
-        times = {time for time in [*shown, *(ns / 1000 for ns, _ in self.singles)] if time and time >= p50}
-        excess = [p50 + ns / 1000 for ns, _ in self.pauses.excess] if self.pauses else []
-        limits = {0.0: self.verdict(0.0)}
-        for limit, until in pairwise([*sorted(times), inf]):
-            limits[limit] = first = self.verdict(limit)
-            if first[2]:  # the longer a call, the fewer pauses were as long: excuses end at some limit
-                between = excess[bisect_right(excess, limit) : bisect_left(excess, until)]
-                at = bisect_left(between, True, key=lambda us: self.verdict(us) != first)
-                limits.update((us, self.verdict(us)) for us in between[at : at + 1])
-        found: list[tuple[float, Fit, str, bool]] = []
-        for us, (fit, reason, _, often) in limits.items():
-            if not found or found[-1][1:] != (fit, reason, often):
-                found.append((us, fit, reason, often))
-        return found
 
 
 def pool_rows(run: Run, rows: Sequence[Row], transfer: Transfer | None = None, demands: str = "") -> Pool:

@@ -1,12 +1,14 @@
-// The page: choices in, verdict, table and pictures out. What it works out is in sizing.js.
+// The page: choices in, verdict, table and pictures out. What is said of a loop is looked up: bench/report/html.py.
 "use strict";
 
+const data = JSON.parse(document.getElementById("data").textContent);
+const UNKNOWN = data.fits.length - 1;
 const by = (id) => document.getElementById(id);
 const element = (name, text, attributes = {}) => Object.assign(document.createElement(name), { textContent: text }, attributes);
 const names = (of) => [...new Set(data.machines.flatMap((machine) => machine.methods.map(of)))];
-const emulated = data.machines.some((machine) => machine.cpi);
 
-const DEFAULTS = { vehicle: names((m) => m.vehicle).sort()[0] ?? "", rate: data.rate_hz, budget: 10, clock: 216, formulation: "", demands: "", exact: "", every: "", filter: "", sort: "", pick: "", machines: "" };
+const DEFAULTS = { vehicle: names((m) => m.vehicle).sort()[0] ?? "", ...data.opening, formulation: "", demands: "", exact: "", every: "", filter: "", sort: "", pick: "", machine: "" };
+const LOOP = ["rate", "budget", "clock"];
 const state = { ...DEFAULTS };
 let shown = [];
 
@@ -18,25 +20,14 @@ function build() {
   choice(by("vehicle"), names((m) => m.vehicle).sort().map((name) => [name, data.frames[name] ? `${name} (${data.frames[name].split(":")[0]})` : name]));
   choice(by("formulation"), [["", "any"], ...Object.entries(data.formulations).map(([name, title]) => [name, title.startsWith("a rule ") ? `${name}: ${title}` : title])]);
   choice(by("demands"), [["", "all kinds"], ...data.sets.map((name) => [name, name])]);
-  data.machines.forEach((machine, i) => {
-    const label = element("label", "");
-    label.append(element("input", "", { type: "checkbox", value: String(i), name: "machine" }), ` ${machine.name}`);
-    by("machines").append(label);
-  });
-  by("machines").hidden = data.machines.length < 2;
-  by("clock-choice").hidden = !emulated;
-  for (const id of ["vehicle", "formulation", "demands"]) by(id).onchange = () => set({ [id]: by(id).value });
+  choice(by("machine"), [...(data.machines.length > 1 ? [["", "all together"]] : []), ...data.machines.map((machine, i) => [data.machines.length > 1 ? i : "", machine.name])]);
+  for (const id of LOOP) choice(by(id), data[id].map((value) => [value, general(value)]));
+  by("machine").parentElement.hidden = data.machines.length < 2;
+  by("clock-choice").hidden = data.machines.every((machine) => machine.timed);
+  for (const id of ["vehicle", "formulation", "demands", "machine"]) by(id).onchange = () => set({ [id]: by(id).value });
+  for (const id of LOOP) by(id).onchange = () => set({ [id]: Number(by(id).value) });
   for (const id of ["exact", "every"]) by(id).onchange = () => set({ [id]: by(id).checked ? "1" : "" });
-  for (const id of ["rate", "budget"]) {
-    by(id).oninput = () => by(id).value > 0 && set({ [id]: Number(by(id).value) });
-    by(`${id}-slider`).oninput = () => set({ [id]: Number((10 ** by(`${id}-slider`).value).toPrecision(2)) });
-  }
-  by("clock").oninput = () => by("clock").value > 0 && set({ clock: Number(by("clock").value) });
   by("filter").oninput = () => set({ filter: by("filter").value });
-  by("machines").onchange = () => {
-    const chosen = [...document.querySelectorAll("[name=machine]:checked")].map((box) => box.value);
-    set({ machines: chosen.length === data.machines.length || !chosen.length ? "" : chosen.join(",") });
-  };
   document.querySelectorAll("form").forEach((form) => (form.onsubmit = (event) => event.preventDefault()));
   by("copy").onclick = copy;
   window.onhashchange = read;
@@ -47,7 +38,8 @@ function build() {
 function read() {
   const asked = Object.fromEntries(new URLSearchParams(location.hash.slice(1)));
   Object.assign(state, DEFAULTS, Object.fromEntries(Object.entries(asked).filter(([key]) => key in DEFAULTS)));
-  for (const key of ["rate", "budget", "clock"]) state[key] = Number(state[key]) > 0 ? Number(state[key]) : DEFAULTS[key];
+  // What is not offered is read as the nearest that is.
+  for (const key of LOOP) state[key] = !(state[key] > 0) ? DEFAULTS[key] : data[key].reduce((a, b) => (Math.abs(Math.log(b / state[key])) < Math.abs(Math.log(a / state[key])) ? b : a));
   if (!names((m) => m.vehicle).includes(state.vehicle)) state.vehicle = DEFAULTS.vehicle;
   update();
 }
@@ -60,21 +52,16 @@ function set(changes) {
 }
 
 function update() {
-  for (const id of ["vehicle", "formulation", "demands", "filter"]) by(id).value = state[id];
+  for (const id of ["vehicle", "formulation", "demands", "machine", "filter", ...LOOP]) by(id).value = state[id];
   for (const id of ["exact", "every"]) by(id).checked = Boolean(state[id]);
-  for (const id of ["rate", "budget", "clock"]) if (Number(by(id).value) !== state[id]) by(id).value = state[id];
-  for (const id of ["rate", "budget"]) by(`${id}-slider`).value = Math.log10(state[id]);
-  const loop = loopOf();
-  const machines = chosenMachines();
-  document.querySelectorAll("[name=machine]").forEach((box) => (box.checked = machines.includes(data.machines[box.value])));
-  const sizes = machines.map((machine) => machine.methods.filter((m) => m.vehicle === state.vehicle && (machine.cpi || m.pools.some((pool) => pool.demands === state.demands))).map((m) => sizeOf(machine, m, loop, state.demands)));
-  const every = onAll(sizes, loop);
-  const ranked = state.every ? every : bestOfEach(every);
-  const where = machines.length > 1 ? " on every machine that has it" : "";
-  by("verdict").textContent = verdict(ranked.filter(wanted), state.vehicle, loop, where);
+  const loop = loopOf(), machines = chosenMachines(), [words, order] = answer();
+  const there = machines.map((machine) => machine.methods.filter((m) => m.vehicle === state.vehicle).map((m) => sizeOf(machine, m, loop)).filter(Boolean)).filter((sizes) => sizes.length);
+  const every = order.map((label) => onAll(there.map((sizes) => sizes.find((size) => size.label === label))));
+  const ranked = state.every ? every : every.filter((size, i) => every.findIndex((other) => other.method === size.method) === i);
+  by("verdict").textContent = `${state.vehicle} at ${general(loop.rate)} Hz${machines.length > 1 ? " on every machine that has it" : ""}: ${words}`;
   const kind = state.formulation ? data.formulations[state.formulation] : "any";
-  by("asked").textContent = `A call may take ${three(loop.limit)} µs, ${percent(loop.limit / loop.period)} of the period. Answers: ${kind}${state.exact ? ", exact ones only" : ""}; demands: ${state.demands || "all kinds"}${data.frames[state.vehicle] ? `, in ${data.frames[state.vehicle]}` : ""}.`;
-  const inPart = new Set(sizes.flat().map((size) => size.method)).size - new Set(every.map((size) => size.method)).size;
+  by("asked").textContent = `A call may take ${three(loop.limit)} µs, ${percent(loop.budget)} of the period. Listed: ${kind}${state.exact ? ", exact ones only" : ""}; demands: ${state.demands || "all kinds"}${data.frames[state.vehicle] ? `, in ${data.frames[state.vehicle]}` : ""}.`;
+  const inPart = new Set(there.flat().map((size) => size.method)).size - new Set(every.map((size) => size.method)).size;
   by("in-part").textContent = inPart ? `${inPart} ${inPart === 1 ? "method is" : "methods are"} left out, not measured on every machine: choose one machine to see its own.` : "";
   by("sure").replaceChildren(...machines.map((machine) => element("li", `${machine.name} ${machine.sure}`)));
   shown = ranked.filter(wanted).filter((size) => matches(size, state.filter));
@@ -86,8 +73,60 @@ function update() {
   if (window.vegaEmbed) draw();
 }
 
-const loopOf = () => ({ rate: state.rate, budget: state.budget / 100, period: 1e6 / state.rate, limit: (state.budget / 100) * (1e6 / state.rate), clock: state.clock * 1e6 });
-const chosenMachines = () => (state.machines ? state.machines.split(",").map((i) => data.machines[i]).filter(Boolean) : data.machines);
+const loopOf = () => ({ rate: state.rate, budget: state.budget / 100, period: 1e6 / state.rate, limit: (state.budget / 100) * (1e6 / state.rate), clock: state.clock });
+const chosenMachines = () => (data.machines[state.machine] ? [data.machines[state.machine]] : data.machines);
+
+// The sentence and the order of labels for the chosen loop.
+function answer() {
+  const one = data.answers[state.machine] ?? data.answers.at(-1);
+  const outcomes = (one[state.demands] ?? one[""])[state.vehicle];
+  if (!outcomes) return ["nothing was measured.", []];
+  const [rate, budget, clock] = LOOP.map((key) => data[key].indexOf(state[key])), loops = data.rate.length * data.budget.length;
+  const [words, order] = data.outcomes[outcomes[(outcomes.length > loops ? clock * loops : 0) + rate * data.budget.length + budget]];
+  return [words.map((i) => data.words[i]).join("; "), data.orders[order].map((i) => data.labels[i])];
+}
+
+function sizeOf(machine, method, loop) {
+  if (!machine.timed) {
+    const fit = Number(method.fits[data.cycles.indexOf(Math.round(loop.clock * loop.limit))]), [least, p50] = method.cycles.map((cycles) => cycles / loop.clock);
+    return { ...method, data: method, machine: machine.name, fit, reason: fit === UNKNOWN ? method.reason : "", least, p50, p999: null, max: null, calls: 0, up_to: (1e6 * loop.budget) / p50, lost: null };
+  }
+  const pool = method.pools.find((own) => own.demands === state.demands);
+  if (!pool) return null;
+  const [fit, reason, late, bound] = data.judged[pool.at[data.limits.indexOf(loop.limit)]];
+  return { ...method, ...pool, data: method, machine: machine.name, fit, reason, late, bound, up_to: pool.max ? (1e6 * loop.budget) / pool.max : null };
+}
+
+// One method on all machines: its worst verdict.
+function onAll(there) {
+  const [first] = there;
+  if (there.length < 2) return { ...first, there };
+  const unfit = there.reduce((a, b) => (b.fit > a.fit ? b : a));
+  return { ...first, there, fit: unfit.fit, reason: unfit.reason && `${unfit.machine}: ${unfit.reason}`, exact: there.every((size) => size.exact), lost: there.map((size) => size.lost).reduce((a, b) => (a === null || b > a ? b : a)), served: there.map((size) => size.served).find(Boolean) ?? "" };
+}
+
+// The single calls on one demand set, or on all: [time [ns], how often], sorted.
+function singlesOf(method, demands) {
+  const counts = new Map();
+  for (const { singles } of method.pools.filter((pool) => pool.singles && (!demands || pool.demands === demands)))
+    for (let i = 0, place = 0; i < singles.length; i += 2) {
+      const ns = data.times[(place += singles[i])];
+      counts.set(ns, (counts.get(ns) ?? 0) + singles[i + 1]);
+    }
+  return [...counts].sort((a, b) => a[0] - b[0]);
+}
+
+// Three significant digits, as bench/results/text.py prints them.
+function three(value) {
+  if (value === null || value === undefined) return "";
+  if (value === 0) return "0";
+  const rounded = Number(value.toPrecision(3));
+  const digits = 2 - Math.floor(Math.log10(Math.abs(rounded)));
+  return digits < -4 || digits > 5 ? rounded.toExponential(2).replace("+", "") : rounded.toFixed(Math.max(digits, 0));
+}
+
+const percent = (share) => (share === null ? "" : `${three(100 * share)} %`);
+const general = (value) => String(Number(value.toPrecision(6)));
 const wanted = (size) => (!state.exact || size.exact) && (!state.formulation || size.formulation === state.formulation);
 const matches = (size, text) => !text || [size.label, size.family, data.fits[size.fit], size.reason].join(" ").toLowerCase().includes(text.toLowerCase());
 
@@ -120,22 +159,20 @@ function columns(machines, loop) {
   if (machines.length > 1) {
     const each = machines.flatMap((machine) => {
       const own = (s) => s.there.find((size) => size.machine === machine.name);
-      return [[machine.name, (s) => (own(s) ? data.fits[own(s).fit] : ""), (s) => own(s)?.fit], [machine.cpi ? "at most [%]" : "median [%]", (s) => share(own(s)?.p50), (s) => own(s)?.p50]];
+      return [[machine.name, (s) => (own(s) ? data.fits[own(s).fit] : ""), (s) => own(s)?.fit], [machine.timed ? "median [%]" : "at most [%]", (s) => share(own(s)?.p50), (s) => own(s)?.p50]];
     });
     return [...head, ...each, ["why", (s) => s.reason], ...tail];
   }
+  const timed = machines[0].timed, times = timed ? [["median [%]", "p50"], ["p99.9 [%]", "p999"], ["slowest [%]", "max"]] : [["at least [%]", "least"], ["at most [%]", "p50"]];
   return [
     ...head.slice(0, 2),
     ["why", (s) => (known(s) ? s.reason : "see below")],
     head[2],
-    ["median [%]", (s) => share(s.p50), (s) => s.p50],
-    ["p99.9 [%]", (s) => share(s.p999), (s) => s.p999],
-    ["slowest [%]", (s) => share(s.max), (s) => s.max],
-    ...tail.slice(0, 2),
-    ["late", (s) => (s.calls ? `${s.late} of ${s.calls}` : ""), (s) => s.late],
-    ["late ≤ [%]", (s) => three(s.bound), (s) => s.bound],
+    ...times.map(([name, key]) => [name, (s) => share(s[key]), (s) => s[key]]),
+    ...tail.slice(0, timed ? 2 : 0),
+    ...(timed ? [["late", (s) => (s.calls ? `${s.late} of ${s.calls}` : ""), (s) => s.late], ["late ≤ [%]", (s) => three(s.bound), (s) => s.bound]] : []),
     ["up to [Hz]", (s) => three(s.up_to), (s) => s.up_to],
-    ["memory [MB]", (s) => three(known(s) ? s.memory_MB : null), (s) => s.memory_MB],
+    ...(timed ? [["memory [MB]", (s) => three(known(s) ? s.memory_MB : null), (s) => s.memory_MB]] : []),
     tail[2],
   ];
 }
@@ -195,7 +232,7 @@ async function copy() {
   }
 }
 
-const range = (pair) => (pair && pair[0] !== null ? ` (${three(pair[0])} … ${three(pair[1])})` : "");
+const range = (pair) => (Number.isFinite(pair?.[0]) ? ` (${three(pair[0])} … ${three(pair[1])})` : "");
 
 // Of all kinds of demands together nobody delivers those that can't be met, so they tell nothing.
 const lostOf = ({ lost }) => lost === null || lost === undefined ? "" : percent(lost < 1e-6 ? 0 : lost) + (state.demands ? "" : " of what can be met");

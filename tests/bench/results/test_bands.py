@@ -13,7 +13,7 @@ from bench.chips.processors import processor, processors
 from bench.record import SCHEMA, Emulated, Header
 from bench.record.file import Writer
 from bench.report import render
-from bench.results.emulated import Cpi, assumed_cpi, bands, emulated_rows, period_share
+from bench.results.emulated import Cpi, assumed_cpi, bands, emulated_rows, find_kernels, period_share
 from bench.results.size import Fit, Loop
 from tests import made_up
 
@@ -84,7 +84,7 @@ def test_a_kernel_fits_may_fit_or_does_not_fit_as_the_budget_lies_above_in_or_be
     counted = emulated_rows([emulated("cortex-m7", "active", (1000, 1))])
     for budget, fit in ((0.41, Fit.FITS), (0.39, Fit.MAY_FIT), (0.06, Fit.MAY_FIT), (0.04, Fit.DOES_NOT_FIT)):
         # 1,000 instructions at 1 MHz and 100 Hz: 0.5 to 4 ms of 10 ms.
-        (band,) = bands(counted, 1e6, Loop(100.0, budget), {"cortex-m7": Cpi(0.5, 4.0, "")})
+        (band,) = bands(find_kernels(counted), 1e6, Loop(100.0, budget), {"cortex-m7": Cpi(0.5, 4.0, "")})
         assert (band.low, band.high) == pytest.approx((0.05, 0.4))
         assert band.fit == fit
 
@@ -94,7 +94,7 @@ def test_a_band_is_of_the_most_costly_call_over_all_demand_sets_and_x86_has_none
         [emulated("cortex-m7", "active", (9, 1)), emulated("cortex-m7", "search", (11, 1))]
     )
     counted += emulated_rows([emulated("x86-64", "active", (8, 1))])
-    (band,) = bands(counted, 1e6, Loop(100.0, 0.1), M7)
+    (band,) = bands(find_kernels(counted), 1e6, Loop(100.0, 0.1), M7)
     assert band.kernel.instructions == 11
 
 
@@ -103,9 +103,8 @@ def test_size_takes_the_largest_count_that_is_known_and_prints_the_bound(directo
     found = msgspec.structs.replace(
         emulated("cortex-m7", "search", (120, 1)), known=130, known_off=140, at_most=150, cycles=[60, 240]
     )
-    (band,) = bands(
-        emulated_rows([emulated("cortex-m7", "active", (112, 1)), found]), 1e6, Loop(100.0, 0.1), M7
-    )
+    kernels = find_kernels(emulated_rows([emulated("cortex-m7", "active", (112, 1)), found]))
+    (band,) = bands(kernels, 1e6, Loop(100.0, 0.1), M7)
     assert (band.kernel.instructions, band.kernel.one_failed, band.kernel.at_most) == (130, 140, 150)
     with Writer(directory) as writer:
         writer.resume()
@@ -120,15 +119,15 @@ def test_a_kernel_with_an_uncounted_demand_set_is_never_said_to_fit() -> None:
     failed = msgspec.structs.replace(emulated("cortex-m7", "infeasible"), status="failed")
     counted = emulated_rows([emulated("cortex-m7", "active", (1000, 1)), failed])
     for budget, fit in ((0.5, Fit.UNKNOWN), (0.04, Fit.DOES_NOT_FIT)):
-        (band,) = bands(counted, 1e6, Loop(100.0, budget), {"cortex-m7": Cpi(0.5, 4.0, "")})
+        (band,) = bands(find_kernels(counted), 1e6, Loop(100.0, budget), {"cortex-m7": Cpi(0.5, 4.0, "")})
         assert (band.fit, band.kernel.missed) == (fit, ("infeasible",))
-    assert not bands(emulated_rows([failed]), 1e6, Loop(100.0, 0.5), M7)
+    assert not bands(find_kernels(emulated_rows([failed])), 1e6, Loop(100.0, 0.5), M7)
 
 
 def test_a_count_says_what_its_method_refuses_as_a_time_does() -> None:
     """size --board said 'refused' of what report.html called exact, and no more."""
     made = [emulated("cortex-m7", "active", (100, 3), method=f"{m}@native") for m in ("nullspace", "scaled")]
-    sized = [band.size for band in bands(emulated_rows(made), 1e6, Loop(100), M7)]
+    sized = [band.size for band in bands(find_kernels(emulated_rows(made)), 1e6, Loop(100), M7)]
     assert {size.twin: size.refusal for size in sized} == {"nullspace": "what can't be met", "scaled": ""}
 
 

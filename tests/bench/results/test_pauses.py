@@ -9,8 +9,8 @@ from msgspec.structs import replace
 
 from bench.record import Batch, Cell, Key, Method
 from bench.results.quantiles import Tally
-from bench.results.size import LATE_SHARE, Fit, Loop, Size
-from bench.results.sizing import CHANCE, Pauses, Pool, find_pauses, machine_excuse, sizes
+from bench.results.size import LATE_SHARE, Fit, Loop
+from bench.results.sizing import CHANCE, Pauses, find_pauses, machine_excuse, sizes
 from tests import made_up
 from tests.bench.results.test_sizing import steady
 
@@ -90,36 +90,6 @@ def test_what_is_late_more_often_than_a_fitting_method_may_be_is_not_excused_by_
         == "fixed work was late as often, so the machine was"
     )
     assert machine_excuse(Tally(singles), most + 1, LIMIT_US, 10.0, None, fixed) == ""
-
-
-times = st.integers(1, 3_000).map(lambda us: 1000 * us)
-
-
-@settings(max_examples=60, deadline=None)
-@given(
-    st.dictionaries(times, st.integers(1, 4), min_size=1),
-    st.dictionaries(times, st.integers(1, 4)),
-    st.none() | st.integers(1, 50),
-    st.floats(1.0, 60.0),
-)
-def test_the_table_of_verdicts_says_at_every_limit_what_the_verdict_is(
-    late: dict[int, int], pauses: dict[int, int], steps: int | None, p50: float
-) -> None:
-    """At each time in it, on both sides of it, and between them: report.html looks nothing else up."""
-    singles = sorted((late | {round(1000 * p50): 20_000}).items())
-    slowest, calls = singles[-1][0] / 1000, sum(count for _, count in singles)
-    seen = Size(
-        vehicle="", method="", label="", fit=Fit.UNKNOWN, reason="",
-        p50_us=p50, p999_us=min(2 * p50, slowest), max_us=slowest, calls=calls, steps=steps,
-    )  # fmt: skip
-    pool = Pool(seen, singles, Pauses(sorted(pauses.items()), 10**8))
-    table = pool.verdicts()
-    at = {ns / 1000 for ns, _ in singles} | {p50 + ns / 1000 for ns in pauses} | {p50, p50 * (steps or 0)}
-    for limit in [us * near for us in at for near in (1 - 1e-9, 1, 1 + 1e-9, 1.001)]:
-        *_, (_, fit, reason, often) = [entry for entry in table if entry[0] <= limit]
-        verdict = pool.verdict(limit)
-        assert (fit, reason, often) == (*verdict[:2], verdict[3])
-    assert [entry[1:] for entry in table] != [entry[1:] for entry in table[1:]]
 
 
 @pytest.mark.parametrize("pause_us", [None, 5_000.0, 40_000.0])

@@ -283,7 +283,7 @@ def test_of_rules_as_quick_the_one_that_misses_less_comes_first(tmp_path: Path) 
         cells.append(replace(cell, judged=judged))
     run = made_up.run(tmp_path, made_up.problem("ukwial"), *cells)
     sized = sizes(run, HUNDRED_HZ)
-    assert [(size.label, size.missing, size.tenths) for size in sized] == [
+    assert [(size.label, size.missing, size.precedence.usefulness[3]) for size in sized] == [
         ("clip", pytest.approx(0.04), 1),
         ("shrink", pytest.approx(0.09), 1),
     ]
