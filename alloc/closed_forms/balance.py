@@ -9,11 +9,11 @@ def balancing_step(
     """Amount of an axis to add so that the worst excess on either side is balanced; 0 if there is none.
 
     The sum of the two extreme steps, as in PX4's ControlAllocationSequentialDesaturation. Entries of
-    ``column`` up to ``weak`` are left out: moving these a little would cost all of the axis.
+    ``column`` below ``weak`` are left out: moving these a little would cost all of the axis.
     """
     least = most = 0.0
     for x, c, (low, high) in zip(f, column, limits, strict=True):
-        if low <= x <= high or abs(c) <= weak:
+        if low <= x <= high or abs(c) < weak or not c:
             continue
         step = ((low if x < low else high) - x) / c
         least, most = min(least, step), max(most, step)

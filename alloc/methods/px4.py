@@ -270,7 +270,7 @@ def _moved(
     builder: Builder, u: list[Expression], column: list[float], limits: Limits, *, only_up: bool
 ) -> list[Expression]:
     """The same of ``_giving_way`` in a program."""
-    if not any(abs(c) > WEAK for c in column):
+    if not any(abs(c) >= WEAK for c in column):
         return u
     first = _balanced(u, column, limits)
     builder.compute(first)
@@ -282,7 +282,7 @@ def _moved(
 def _balanced(u: list[Expression], column: list[float], limits: Limits) -> Expression:
     """The balancing step in a program, along a column that some output gives way to."""
     beside = zip(u, column, limits, strict=True)
-    steps = [(within(value, *ends) - value) * (1.0 / c) for value, c, ends in beside if abs(c) > WEAK]
+    steps = [(within(value, *ends) - value) * (1.0 / c) for value, c, ends in beside if abs(c) >= WEAK]
     found: Expression = least(*steps, 0.0) + most(*steps, 0.0)
     return found
 

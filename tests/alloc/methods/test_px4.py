@@ -8,8 +8,20 @@ import pytest
 
 from alloc import NotApplicable, Status, Vehicle, build, load_vehicle
 from alloc.c import missing
+from alloc.closed_forms.balance import balancing_step
 from alloc.discovery import find
-from alloc.methods.px4 import DOF, Mixing, desaturated, make_mixing, stop_small, unallocated, unit_outputs
+from alloc.methods.px4 import (
+    DOF,
+    WEAK,
+    Mixing,
+    _moved,
+    desaturated,
+    make_mixing,
+    stop_small,
+    unallocated,
+    unit_outputs,
+)
+from alloc.program import Builder, evaluate
 from alloc.vehicle.autopilot import AIRMODES, make_autopilot, mixer_frame
 from alloc.vehicle.frame import turned
 from bench.demands.store import pack_vehicle, unpack_vehicle
@@ -139,6 +151,21 @@ def test_outputs_are_those_of_a_second_reading_of_the_firmware(
         made = desaturated(mixing.mix, asked, list(zip(low, high, strict=True)), airmode)
         second = second_reading(mixing.mix, dict(zip(DOF, asked.tolist(), strict=True)), low, high, airmode)
         np.testing.assert_allclose(made, second, atol=1e-9)
+
+
+def test_an_output_whose_entry_is_the_threshold_gives_way() -> None:
+    """PX4 leaves out what lies below it."""
+    u, column, limits = [0.5, 1.1], [1.0, WEAK], [(-1.0, 1.0)] * 2
+    step = gain(u, column, [-1.0] * 2, [1.0] * 2)
+    assert step == pytest.approx(-0.5)
+    assert balancing_step(u, column, limits, WEAK) == step
+    assert balancing_step(u, [0.0, 0.0], limits, 0.0) == 0.0
+    builder = Builder(load_vehicle("ukwial"))
+    made = builder.program(
+        _moved(builder, [builder.tau[0], builder.tau[1]], column, limits, only_up=False), 0
+    )
+    moved = [x + step * c for x, c in zip(u, column, strict=True)]
+    np.testing.assert_allclose(evaluate(made, np.array([[*u, 0.0]])).F[0], moved)
 
 
 def test_an_axis_with_next_to_no_effect_is_given_up_and_noise_of_others_left() -> None:
