@@ -22,7 +22,7 @@ from alloc.kernels.entry import (
 from alloc.kernels.tolerance import WRENCH_ERROR, computed_error_limit
 from alloc.program import Builder, Expression, Program, Scalar, States, Where, least, most, select, size
 from alloc.program.graph import lifted
-from alloc.program.sums import Terms, product, shared_sums, signed
+from alloc.program.sums import Terms, gathered, product, shared_sums, signed, snapped
 from alloc.vehicle import Vehicle
 from alloc.vehicle.condition import promised, wrench_doubt
 
@@ -120,19 +120,35 @@ def misses_nothing(builder: Builder, rows: list[Terms], at_most: float = 1.0) ->
 
 def makes_tau(builder: Builder, f: dict[int, Expression]) -> Expression:
     """The condition T f = tau, whatever f is."""
+    missed, at_most = wrench_missed(builder, f)
+    return (missed <= at_most).named("met")
+
+
+def wrench_missed(builder: Builder, f: dict[int, Expression]) -> tuple[Expression, float]:
+    """The sum of the errors |T f - tau| over ``error_scale``, in a unit of its own, and the most allowed.
+
+    The unit makes the entry of T that is there most often 1, which saves its products. The sum depends on
+    every entry of tau, and is not finite where one of them is not.
+    """
     share = error_scale(builder)
-    made = shared_sums(product(share * builder.vehicle.TP[:, list(f)], list(f.values()), "q").rows, "v")[1]
-    asked = zip(share[:, 0].tolist(), builder.tau, strict=True)
-    return misses_nothing(
-        builder, [[*row, (True, unit * tau)] for row, (unit, tau) in zip(made, asked, strict=True)]
-    )
+    rows = snapped(share * builder.vehicle.TP[:, list(f)])
+    sizes, often = np.unique(np.abs(rows[rows != 0.0]), return_counts=True)
+    unit = float(sizes[often.argmax()])
+    made = gathered(rows / unit, list(f.values()), "v")
+    total: list[Expression] = []
+    for row, each, tau in zip(made, (share[:, 0] / unit).tolist(), builder.tau, strict=True):
+        minus = all(sign for sign, _ in row)  # a sign before the whole row is an instruction, and no size
+        error = signed([*((sign != minus, value) for sign, value in row), (not minus, each * tau)])
+        total.append(size(error.named(f"missed{len(total)}")))
+    missed: Expression = reduce(add, total)
+    return missed.named("missed"), 1.0 / unit
 
 
 def sided(value: Expression, above: float, below: float) -> Expression:
     """A value times ``above`` where it is above zero, times ``below`` elsewhere; both have one sign."""
     if above == below:
         return above * value
-    pair = value * above, value * below
+    pair = above * value, below * value
     found: Expression = most(*pair) if above > below else least(*pair)
     return found
 

@@ -1,6 +1,7 @@
 """ArduSub's mixer: a table of factors for each input, summed and cut; two frames temper it first."""
 
 from functools import reduce
+from itertools import product as combinations
 from operator import add
 from typing import NamedTuple
 
@@ -11,9 +12,9 @@ from alloc.closed_forms.saturating import Bounds, Saturating
 from alloc.errors import NotApplicable
 from alloc.formulations.ardusub import FORMULATION as ANSWERED
 from alloc.kernels import rules
-from alloc.kernels.entry import TAU, SeenArguments, all_thrusters, clamp_thrusts, refuse
+from alloc.kernels.entry import SeenArguments, all_thrusters, clamp_thrusts, refuse
 from alloc.program import Builder, Expression, Program, Scalar, Where, least, most, select, size, within
-from alloc.program.sums import product, shared_sums, signed
+from alloc.program.sums import Terms, product, shared_sums, signed
 from alloc.vehicle import Vehicle
 from alloc.vehicle.autopilot import SENSE, Autopilot
 from alloc.vehicle.geometry import DOF
@@ -142,60 +143,76 @@ def thrust(mixer: Autopilot, made: FloatArray) -> FloatArray:
 
 
 def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
-    """The same for a demand within any limits."""
+    """The same for a demand within any limits; groups are scaled behind a test."""
     mixer, way = find_mixer(vehicle), find_inputs(vehicle)
     builder = Builder(vehicle, limits, scalar)
-    seen = SeenArguments([(TAU, j) for j in range(vehicle.k)], builder)
-    seen.add(vehicle.working.tolist(), "0")
-    refuse(builder, seen, [], exact=False)
-    alike = np.unique(np.abs(mixer.thrust))
-    full = float(alike[0]) if len(alike) == 1 and alike[0] > 0 else 1.0  # inputs in N save a product each
+    full = next((float(side[0]) for side in np.abs(mixer.thrust) if side[0] > 0 and np.ptp(side) == 0), 1.0)
+    B, turned = _turned(mixer)
     asked: list[Expression] = [builder.graph.constant(0.0)] * len(DOF)
     for axis, tau, up, down in zip(way.axes, builder.tau, way.ahead, way.astern, strict=True):
-        asked[axis] = within(rules.sided(tau, up * full, down * full), -full, full).named(f"i{axis}")
-    u = _mixed(builder, mixer, asked, full)
+        unit = full * turned[axis]
+        asked[axis] = rules.sided(tau, up * unit, down * unit).named(f"i{axis}")
+    u = [signed(row, builder.graph) for row in _mixed(builder, mixer, B, asked, full)]
     astern, ahead = (mixer.thrust / full).tolist()
     x = {i: rules.sided(u[i], ahead[i], -astern[i]).named(f"x{i}") for i in vehicle.working.tolist()}
     astern, ahead = mixer.thrust.tolist()
     if builder.limits.at_call:
         x = {i: within(value, astern[i], ahead[i]) for i, value in x.items()}
     f = clamp_thrusts(builder, x, builder.limits)
-    met = rules.makes_tau(builder, f)
+    missed, at_most = rules.wrench_missed(builder, f)
+    seen = SeenArguments([], builder)
+    seen.add(vehicle.working.tolist(), "0")
+    seen.sums.append(missed)  # each entry of tau is a term, and no cut hides it
+    refuse(builder, seen, [], exact=False)
+    met = (missed <= at_most).named("met")
     builder.compute(met)
     return builder.program(all_thrusters(builder, f), select(met, Status.SOLVED, Status.PARTIAL))
 
 
-def _mixed(builder: Builder, mixer: Autopilot, asked: list[Expression], full: float) -> list[Expression]:
-    """Outputs of inputs, not yet cut; ``full`` stands for 1 of both."""
-    B, graph = mixer.factors, builder.graph
-    if mixer.frame != "VECTORED_6DOF":
-        return [signed(row, graph) for row in _tempered(builder, mixer, asked, full)]
-    total: list[list[Expression]] = [[] for _ in B]
-    for name, part in (("up", UPWARDS), ("level", LEVEL)):
-        _, rows = shared_sums(product(B[:, part], [asked[axis] for axis in part], name).rows, name)
-        sums = {i: signed(row, graph) for i, row in enumerate(rows) if row}
-        load = most(*(size(value) for value in sums.values()), full)
-        share = (full / load).named(f"share_{name}")
-        builder.compute(share)
-        for i, value in sums.items():
-            total[i].append(share * value)
-    return [reduce(add, values) for values in total]
+def _turned(mixer: Autopilot) -> tuple[FloatArray, tuple[float, ...]]:
+    """Factors with inputs turned about, so that few rows are negative; the signs (6,).
 
-
-def _tempered(
-    builder: Builder, mixer: Autopilot, asked: list[Expression], full: float
-) -> list[list[tuple[bool, Expression]]]:
-    """Rows of the sum of factors times inputs, with less forward for the motors that give way to throttle."""
+    A sign before a whole row is an instruction.
+    """
     B = mixer.factors
-    if mixer.frame != "VECTORED":
-        return shared_sums(product(B, asked, "p").rows, "w")[1]
-    left = most(full - mixer.coupling * size(asked[THROTTLE]), 0.0).named("left")
-    forward = asked[FORWARD]
-    front, rear = most(forward, -left).named("front"), least(forward, left).named("rear")
-    columns = [*asked, front, rear]
-    wide = np.hstack([B, np.zeros((len(B), 2))])
-    for i, motor in enumerate(mixer.motors):
-        for column, gives_way in ((len(DOF), FRONT), (len(DOF) + 1, REAR)):
-            if motor in gives_way:
-                wide[i, column], wide[i, FORWARD] = wide[i, FORWARD], 0.0
-    return shared_sums(product(wide, columns, "p").rows, "w")[1]
+    ways: list[tuple[float, ...]] = [(1.0, -1.0)] * len(DOF)
+    if mixer.frame == "VECTORED":
+        ways[FORWARD] = (1.0,)  # ahead and astern give way on different motors
+    signs = min(combinations(*ways), key=lambda each: int((B * each <= 0.0).all(axis=1).sum()))
+    return B * signs, signs
+
+
+def _mixed(
+    builder: Builder, mixer: Autopilot, B: FloatArray, asked: list[Expression], full: float
+) -> list[Terms]:
+    """Outputs of inputs, not yet cut, as sums; ``full`` stands for 1 of both."""
+    if mixer.frame == "VECTORED_6DOF":
+        return shared_sums(product(B, _fitted_inputs(builder, asked, full), "p").rows, "w")[1]
+    asked = [within(value, -full, full) for value in asked]
+    if mixer.frame == "VECTORED":
+        left = full - mixer.coupling * size(asked[THROTTLE])
+        left = (most(left, 0.0) if mixer.coupling > 1.0 else left).named("left")
+        forward = asked[FORWARD]
+        asked += [most(forward, -left).named("front"), least(forward, left).named("rear")]
+        B = np.hstack([B, np.zeros((len(B), 2))])
+        for i, motor in enumerate(mixer.motors):
+            for column, gives_way in ((len(DOF), FRONT), (len(DOF) + 1, REAR)):
+                if motor in gives_way:
+                    B[i, column], B[i, FORWARD] = B[i, FORWARD], 0.0
+    return shared_sums(product(B, asked, "p").rows, "w")[1]
+
+
+def _fitted_inputs(builder: Builder, asked: list[Expression], full: float) -> list[Expression]:
+    """Inputs of VECTORED_6DOF cut, and over the largest output of their group, behind a test.
+
+    A group has a motor for each choice of signs, so its largest output is the sum of its inputs' sizes.
+    """
+    fitted = list(asked)
+    for part in (UPWARDS, LEVEL):
+        load: Expression = reduce(add, [size(asked[axis]) for axis in part])
+        with builder.where(load > full, unlikely=True) as merged:
+            cut = [within(asked[axis], -full, full) for axis in part]
+            share = full / reduce(add, map(size, cut))
+            for axis, value in zip(part, cut, strict=True):
+                fitted[axis] = merged(share * value, asked[axis])
+    return fitted

@@ -7,10 +7,12 @@ import pytest
 
 from alloc import NotApplicable, Status, Vehicle, build, load_vehicle
 from alloc.errors import VehicleError
-from alloc.methods.ardusub import find_inputs, inputs, outputs, thrust
+from alloc.methods.ardusub import find_inputs, inputs, outputs, program, thrust
+from alloc.program import evaluate
 from alloc.vehicle.autopilot import FRAMES, Autopilot, make_autopilot
 from alloc.vehicle.geometry import DOF
 from bench.demands.store import pack_vehicle, unpack_vehicle
+from tests.vehicles import made_up
 
 N_INPUTS = 10_000
 SHIPPED = ("bluerov2", "bluerov2-heavy")
@@ -202,3 +204,31 @@ def test_a_worker_gets_the_vehicle_s_autopilot(name: str, rng: np.random.Generat
     np.testing.assert_array_equal(
         build("ardusub", there).many(taus)[0], build("ardusub", vehicle).many(taus)[0]
     )
+
+
+@pytest.mark.parametrize("alike", [True, False])
+@pytest.mark.parametrize("frame", FRAMES)
+def test_its_operations_answer_10_000_demands_of_each_frame_as_python_does(
+    frame: str, alike: bool, rng: np.random.Generator
+) -> None:
+    """Any geometry, order of motors, direction and coupling: what is folded and shared changes no answer."""
+    n = len(FRAMES[frame])
+    dof = ("surge", "heave", "yaw") if n < 5 else ("surge", "sway", "heave", "roll", "yaw")
+    dof = DOF if n == 8 else dof
+    limits = (np.full(n, -40.0), np.full(n, 60.0)) if alike else rng.uniform((-50, 20), (-20, 50), (n, 2)).T
+    vehicle = made_up(rng.normal(size=(len(dof), n)), limits[0], limits[1], dof=dof)
+    mixer = make_autopilot(
+        frame,
+        (vehicle.f_min, vehicle.f_max),
+        (),
+        rng.permutation(n).tolist(),
+        np.flatnonzero(rng.random(n) < 0.5).tolist(),
+        rng.uniform(0.0, 1.5),
+        gains={axis: float(rng.uniform(10, 40)) for axis in dof},
+    )
+    vehicle = replace(vehicle, autopilot=mixer)
+    taus = rng.normal(size=(N_INPUTS, len(dof))) * rng.choice([1.0, 20.0], (N_INPUTS, 1))
+    made = evaluate(program(vehicle, "fixed", "double"), taus)
+    F, status = build("ardusub", vehicle).many(taus)
+    np.testing.assert_allclose(made.F, F, rtol=0, atol=1e-11)
+    np.testing.assert_array_equal(made.status, status)
