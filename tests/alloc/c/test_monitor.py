@@ -187,12 +187,16 @@ def test_chance_accuses_less_than_once_in_a_thousand_hours() -> None:
 
 
 def test_chance_exceeds_low_odds_no_more_often_than_the_formula_that_accusations_rest_on_says() -> None:
-    vehicle, rng, rho = load_vehicle("ukwial"), np.random.default_rng(3), np.exp(-1 / LASTING)
-    F = np.tile(0.01 * vehicle.f_scale * np.array([1.0, 0.8, 0.6, 0.4]), (5_000, 1))  # steady: the worst
-    noise = rng.normal(size=(len(F), 3))
-    for row in range(1, len(F)):
+    vehicle, lasting, calls, cases = load_vehicle("ukwial"), 5.0, 50, 3_000
+    rng, rho, sizes = np.random.default_rng(3), np.exp(-1 / 5.0), assumed_noise(vehicle)
+    noise = rng.normal(size=(calls, cases, 3))
+    for row in range(1, calls):
         noise[row] = rho * noise[row - 1] + np.sqrt(1 - rho**2) * noise[row]
-    sizes = assumed_noise(vehicle)
-    odds = accusations(vehicle, sizes, F, F @ vehicle.TP.T + sizes * noise)[2]
-    for least in (0.5, 1.0, 2.0):
-        assert (odds > least).mean() <= vehicle.n * norm.sf(np.sqrt(2 * least))
+    # One thruster pushes, and steadily: that is the worst. Half the inflation would double log odds.
+    f = np.array([np.sqrt(10 / calls) / np.linalg.norm(vehicle.T[:, 0] / sizes), 0.0, 0.0, 0.0])
+    watch, odds = Watch(vehicle, sizes, lasting), np.zeros(cases)
+    for case, errors in enumerate(np.swapaxes(noise, 0, 1)):
+        watch.state[:] = 0.0
+        odds[case] = watch.all(np.tile(f, (calls, 1)), f @ vehicle.T.T + sizes * errors)[2][-1]
+    assert 0.2 * norm.sf(2.0) < (odds > 2.0).mean() <= norm.sf(2.0)
+    assert (2 * odds > 2.0).mean() > norm.sf(2.0)
