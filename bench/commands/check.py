@@ -24,6 +24,9 @@ TITLE = "drawn by thrustbench check"
 @click.option("--probe", is_flag=True, help="What each thruster alone should do, to be ticked at the pool.")
 @click.option("--failures", is_flag=True, help="Failures that show, look alike, and demands to tell them.")
 @NOISE
+@click.option(
+    "--demands", type=PATH, metavar="CSV", help="With --failures: demands that are flown, in order."
+)
 @click.option("-o", "--output", type=PATH, help="With --failures: the demands to fly, as CSV.")
 @click.option("--fit-current", "log", type=PATH, metavar="LOG", help="Fit currents to a log of outputs.")
 @click.option("--autopilot", default="", metavar="A", help="ardusub:FRAME, px4, a parameter file, or key.")
@@ -35,6 +38,7 @@ def command(
     probe: bool,
     failures: bool,
     noise: str,
+    demands: Path | None,
     output: Path | None,
     log: Path | None,
     autopilot: str,
@@ -46,7 +50,8 @@ def command(
     Errors (exit code 2), warnings, and what each failure costs. What commands make is drawn where it has
     'esc', as <vehicle>-esc.svg. With --probe the table of the pool is drawn too, as <vehicle>-probe.svg and
     .pdf beside the drawing. With --failures: the smallest loss of each thruster that shows, pairs that look
-    alike, and demands to fly that tell the others apart, given the noise of a wrench [N, N m]. With
+    alike, demands to fly that tell the others apart, and how long a monitor takes to accuse a thruster that
+    is off, given the noise of a wrench [N, N m]. With
     --autopilot: a table of what each input makes, drawn as <vehicle>-autopilot.svg; key is the file's own.
     With --fit-current: the law of `esc.current` that fits a .BIN or ULog with the battery's current, and what
     the fit leaves.
@@ -62,8 +67,8 @@ def command(
     from bench.judging.weak import weak_lines
 
     check_picture(picture)
-    if not failures and (noise or output):
-        raise click.UsageError("--noise and -o are of --failures; give that too")
+    if not failures and (noise or demands or output):
+        raise click.UsageError("--noise, --demands and -o are of --failures; give that too")
     if failures and as_json:
         raise click.UsageError("--failures is text, and a CSV with -o; leave out --json")
     if log is not None and as_json:
@@ -85,7 +90,7 @@ def command(
     if tried is not None and not as_json:
         echo(as_text(tried))
     if failures and drawn is not None:
-        echo(_isolation(drawn, noise, output))
+        echo(_isolation(drawn, noise, demands, output))
     if log is not None and drawn is not None:
         echo(fit_text(log, drawn))
     if drawn is not None and mounting is not None and (picture or not (as_json or no_picture)):
@@ -119,19 +124,28 @@ def _read(file: Path, autopilot: str) -> "tuple[Vehicle, Mounting]":
     return vehicle_with(keys, T), poses(keys, T)
 
 
-def _isolation(vehicle: "Vehicle", noise: str, output: Path | None) -> str:
-    """Failures that can be told apart, in lines; the demands to fly go into the output."""
+def _isolation(vehicle: "Vehicle", noise: str, demands: Path | None, output: Path | None) -> str:
+    """Failures that can be told apart, and when, in lines; the demands to fly go into the output."""
     import numpy as np
 
     from alloc.files.textfile import write_text
     from alloc.lint.isolation import as_text, isolation
     from bench.inputs.demand_csv import format_demands
+    from bench.inputs.logs import log_for
+    from bench.judging import accusation
 
     found = isolation(vehicle, wrench_noise(vehicle, noise))
+    said, taus, rate_hz = accusation.ASSUMED, None, accusation.RATE_HZ
+    if demands is not None:
+        flown = log_for(vehicle, demands)
+        taus, steps = flown.taus, np.diff(flown.t) if flown.t is not None else np.empty(0)
+        rate_hz = 1.0 / float(np.median(steps)) if steps.size and np.median(steps) > 0 else rate_hz
+        said = f"at {rate_hz:.3g} calls a second and the demands of {demands}"
+    seconds = accusation.times_of_thrusters(vehicle, found.noise, taus, rate_hz)
     if output is not None:
         taus = np.array([trial.tau for trial in found.trials]).reshape(-1, vehicle.k)
         write_text(output, format_demands(None, taus, vehicle.dof, frame=vehicle.frame))
-    return as_text(vehicle, found)
+    return f"{as_text(vehicle, found)}\n{accusation.as_text(vehicle, seconds, said)}"
 
 
 def _pictures(

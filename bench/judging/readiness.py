@@ -35,9 +35,9 @@ MODEL = 0.9
 """Readiness that errors of mass and thrust curves may feign [-]."""
 VAGUE = 0.5
 """Half-width of an interval from which nothing can be said of a thruster [-]."""
-PASSES = 3
-"""Solutions of a window: as if errors were independent and there was no current, then twice with what the one
-before left of both."""
+PASSES = 2
+"""Solutions of a window: as if errors were independent and there was no current, then with what the first one
+says of both. A third has intervals half as wide, which errors of interpolated velocities leave."""
 DEPENDENT = 1e-6
 """Singular value, of the largest, below which a direction of unknowns left no trace in a window."""
 

@@ -1,26 +1,47 @@
 """Failures that nobody announces, on simulated dives: which thruster is named, and how often wrongly.
 
-``python docs/studies/dives.py [DIVES]`` flies so many dives with each shipped vehicle. Each has the
-BlueROV2's body, scaled by axis to what the vehicle's thrusters push there, drag that is up to 20 % other, and
-a current. Demands wander through what the vehicle can do; the velocity is fed back. Readiness is estimated
-from thrusts that were told, measured accelerations and velocities over the ground; the monitor has the
-nominal drag, and noise as seen on healthy dives: its standard deviation about its mean, half a second long.
+``python docs/studies/dives.py [DIVES [HOURS]]`` flies so many dives with each shipped vehicle: with random
+readiness, healthy, and with one thruster off; then so many healthy hours in C (``dives.c``). Each dive has
+the BlueROV2's body, scaled by axis to what the vehicle's thrusters push there, drag that is up to 20 %
+other, and a current. Demands wander through what the vehicle can do; the velocity is fed back. Readiness is
+estimated from thrusts that were told, measured accelerations and velocities over the ground; the monitor has
+the nominal drag, and noise as seen on healthy dives: its standard deviation about its mean, half a second
+long. A thruster counts as told in 10 s by its time (``check --failures``), for that noise and the demands of
+healthy dives.
 """
 
+import ctypes
 import sys
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from alloc import Vehicle, build, list_vehicles, load_vehicle
+from alloc import Vehicle, build, generate, list_vehicles, load_vehicle
 from alloc.allocation import FloatArray
+from alloc.c.compiled import shared_library
 from alloc.c.monitor import ACCUSED, accusations
 from alloc.lint.isolation import isolation
 from alloc.vehicle.geometry import DOF
 from bench.demands.mission import LINEAR, QUADRATIC, M
-from bench.judging.readiness import WINDOW_S, WindowReadiness, coriolis, estimate_readiness
-from bench.results.text import table
+from bench.judging.accusation import (
+    SOON_S,
+    accused_shares,
+    largest_demands,
+    random_waves,
+    seconds_to_accuse,
+    wandering_demands,
+)
+from bench.judging.readiness import (
+    VAGUE,
+    WINDOW_S,
+    WindowReadiness,
+    coriolis,
+    estimate_readiness,
+    neighbour_velocity,
+)
 
 RATE_HZ = 20.0
 FINE = 5
@@ -33,8 +54,12 @@ CURRENT = 0.2
 """Fastest current along each axis [m/s]."""
 LASTING_S = 0.5
 """Time for which the monitor takes noise to last [s]; by axis errors of drag last 0.4 to 0.75 s."""
-SOON = 10.0
-"""Time within which a dead thruster is to be named [s]."""
+
+
+SAMPLE = 200
+"""Healthy dives whose thrusts are the demands that times are told for."""
+HEALTHY_S = 300.0
+"""Length of a dive in C: memory of a monitor is 51 s at this rate [s]."""
 
 
 class Flight(NamedTuple):
@@ -61,6 +86,13 @@ def dynamics(vehicle: Vehicle, size: FloatArray | float) -> tuple[FloatArray, Fl
     return mass, linear, quadratic
 
 
+def draws(vehicle: Vehicle, rng: np.random.Generator, dives: int, current: float) -> tuple[FloatArray, ...]:
+    """Share of the nominal drag, water [m/s] (dives, k), periods and phases of demands (3, dives, k)."""
+    drag, drift = rng.uniform(0.8, 1.2, (dives, vehicle.k)), rng.uniform(-1.0, 1.0, (dives, vehicle.k))
+    water = current * drift * np.isin(vehicle.dof, DOF[:3])
+    return drag, water, *random_waves(rng, dives, vehicle.k)
+
+
 def fly(
     vehicle: Vehicle,
     rng: np.random.Generator,
@@ -77,12 +109,9 @@ def fly(
     """
     D, k = len(readiness), vehicle.k
     mass, linear, quadratic = dynamics(vehicle, size)
-    drag = rng.uniform(0.8, 1.2, (D, k))
-    water = current * rng.uniform(-1.0, 1.0, (D, k)) * np.isin(vehicle.dof, DOF[:3])
-    largest = 0.4 * np.abs(vehicle.T) @ vehicle.f_max
-    periods, phases = rng.uniform(1.5, 8.0, (3, D, k)), rng.uniform(0, 2 * np.pi, (3, D, k))
+    drag, water, *waves = draws(vehicle, rng, D, current)
     t = np.arange(int(seconds * RATE_HZ)) / RATE_HZ
-    waves = np.sin(2 * np.pi * t[:, None, None, None] / periods + phases).mean(axis=1)
+    demands = wandering_demands(vehicle, (waves[0], waves[1]), t)
     noises = noise * rng.normal(size=(2, len(t), D, k)) * np.array([1.0, 0.1])[:, None, None, None]
     allocate = build("scaled", vehicle)
     f = np.zeros((len(t), D, vehicle.n))
@@ -99,7 +128,7 @@ def fly(
 
     for step in range(len(t)):
         seen[step] = v + noises[1, step]
-        wanted = largest * waves[step]
+        wanted = demands[step]
         f[step], _ = allocate.many(wanted + gain * mass * (nominal - seen[step]))
         wrench = (readiness * f[step]) @ vehicle.T.T
         a[step] = rate(wrench, v, drag, water) + noises[0, step]
@@ -127,8 +156,14 @@ def sole_failures(vehicle: Vehicle, apart: list[int], dives: int) -> tuple[Float
 def log_accusations(vehicle: Vehicle, flight: Flight, seconds: float) -> list[list[int]]:
     """Thrusters that the estimate of the first seconds of each dive accuses."""
     rows = flight.t < seconds
+    clear = Flight(flight.t[rows], *(each[:, rows] for each in flight[1:]))
+    return [WindowReadiness(0.0, seconds, *each).accused for each in estimates(vehicle, clear)]
+
+
+def estimates(vehicle: Vehicle, flight: Flight) -> list[tuple[FloatArray, FloatArray]]:
+    """Readiness (n,) and half-widths (n,) of each dive, as of one window of a log."""
     return [
-        WindowReadiness(0.0, seconds, *estimate_readiness(vehicle, f[rows], a[rows], v[rows])).accused
+        estimate_readiness(vehicle, f, a, neighbour_velocity(flight.t, a, v))
         for f, a, v in zip(*flight[1:], strict=True)
     ]
 
@@ -143,6 +178,13 @@ def residuals(vehicle: Vehicle, flight: Flight, size: FloatArray) -> list[tuple[
     return [(each, f @ vehicle.T.T - each) for f, each in zip(flight.f, felt, strict=True)]
 
 
+def noise_of(vehicle: Vehicle, healthy: Flight, size: FloatArray) -> FloatArray:
+    """Noise (k,) of the wrenches that healthy dives felt, about the mean of each dive [N, N m]."""
+    errors = [each - each.mean(axis=0) for _, each in residuals(vehicle, healthy, size)]
+    noise: FloatArray = np.concatenate(errors).std(axis=0)
+    return noise
+
+
 def monitor_accusations(
     vehicle: Vehicle, noise: FloatArray, flight: Flight, size: FloatArray, seconds: float
 ) -> list[tuple[int, set[int]]]:
@@ -154,50 +196,120 @@ def monitor_accusations(
     return found
 
 
-def of_vehicle(name: str, dives: int) -> list[str]:
+def healthy_dive(vehicle: Vehicle, noise: FloatArray, size: FloatArray) -> Callable[..., float]:
+    """Function of drag, water (k,), periods, phases (3, k), noise, steps, seed: it flies a dive in C."""
+    mass, linear, quadratic = dynamics(vehicle, size)
+    files = generate(vehicle, "scaled", monitor=noise, lasting=LASTING_S * RATE_HZ)
+    sources = {name: text for name, text in files.items() if name.endswith((".c", ".h")) and "/" not in name}
+    (monitor,) = (name[:-2] for name in sources if name.endswith("_monitor.h"))
+    own = monitor.removesuffix("_monitor")
+
+    def listed(values: FloatArray) -> str:
+        return f"{{{', '.join(map(repr, values.tolist()))}}}".replace("[", "{").replace("]", "}")
+
+    largest = largest_demands(vehicle)
+    numbers = {
+        "mass": mass,
+        "inverse": 1.0 / mass,
+        "linear": linear,
+        "quadratic": quadratic,
+        "largest": largest,
+    }
+    sources["vehicle.h"] = "\n".join(
+        [
+            f'#include "{own}.h"',
+            f'#include "{monitor}.h"',
+            f"#define K {vehicle.k}",
+            f"#define N {vehicle.n}",
+            f"#define FINE {FINE}",
+            f"#define RATE_HZ {RATE_HZ}",
+            f"#define GAIN {GAIN}",
+            f"#define ONES {listed(np.ones(vehicle.k))}",
+            f"#define STATE struct {monitor}",
+            f"#define ALLOCATE(tau, f, share) {own}(tau, -1, f, share)",
+            f"#define WATCH {monitor}",
+            f"#define SUSPECT {own}_suspect",
+            f"static const int axis[K] = {listed(np.array([DOF.index(each) for each in vehicle.dof]))};",
+            f"static const double T[K][N] = {listed(vehicle.T)};",
+            *(f"static const double {name}[K] = {listed(values)};" for name, values in numbers.items()),
+        ]
+    )
+    sources["dives.c"] = Path(__file__).with_name("dives.c").read_text(encoding="utf-8")
+    library = ctypes.CDLL(str(shared_library(f"{own}_dives", sources)))
+    array = np.ctypeslib.ndpointer(dtype=np.float64, flags="C")
+    library.dive.restype = ctypes.c_double
+    library.dive.argtypes = [
+        *[array] * 4, ctypes.c_double, ctypes.c_int, ctypes.c_uint64, *[ctypes.c_void_p] * 3
+    ]  # fmt: skip
+
+    def dive(*arguments: object, rows: tuple[FloatArray, ...] = ()) -> float:
+        """Largest log odds; thrusts, accelerations and velocities go into ``rows``, if given."""
+        pointers: list[int | None] = [each.ctypes.data for each in rows] or [None, None, None]
+        return float(library.dive(*arguments, *pointers))
+
+    return dive
+
+
+def healthy_odds(
+    vehicle: Vehicle, noise: FloatArray, size: FloatArray, dives: int, rng: np.random.Generator
+) -> FloatArray:
+    """Largest log odds (dives,) of healthy dives of HEALTHY_S, in C."""
+    dive, steps, odds = healthy_dive(vehicle, noise, size), int(HEALTHY_S * RATE_HZ), []
+    for _ in range(dives):
+        drawn = (each.reshape(-1, vehicle.k) for each in draws(vehicle, rng, 1, CURRENT))
+        odds.append(dive(*drawn, NOISE, steps, int(rng.integers(1, 2**62))))
+    return np.array(odds)
+
+
+def of_vehicle(name: str, dives: int, hours: float) -> list[str]:
     """A row of the table."""
     rng, plain = np.random.default_rng(20), load_vehicle(name)
     size = body(plain)
     vehicle = replace(plain, inertia=size * M)
     truth = rng.uniform(0.0, 1.0, (dives, vehicle.n))
     flight = fly(vehicle, rng, truth, current=CURRENT, size=size, gain=GAIN)
-    inside, near = [], []
-    for p, *rows in zip(truth, *flight[1:], strict=True):
-        estimate, half_width = estimate_readiness(vehicle, *rows)
-        known = np.isfinite(half_width)
-        inside += (np.abs(estimate - p) <= half_width)[known].tolist()
-        near += (np.abs(estimate - p) <= 0.1)[known].tolist()
+    found, half_width = (np.array(each) for each in zip(*estimates(vehicle, flight), strict=True))
+    known, narrow, error = half_width < VAGUE, half_width <= 0.1, np.abs(found - truth)
     healthy = fly(vehicle, rng, np.ones((dives, vehicle.n)), current=CURRENT, size=size, gain=GAIN)
     wrongly = sum(map(bool, log_accusations(vehicle, healthy, WINDOW_S)))
-    errors = [each - each.mean(axis=0) for _, each in residuals(vehicle, healthy, size)]
-    noise = np.concatenate(errors).std(axis=0)
-    cried = sum(bool(each) for _, each in monitor_accusations(vehicle, noise, healthy, size, WINDOW_S))
+    noise = noise_of(vehicle, healthy, size)
     apart = separable(vehicle)
+    shares = accused_shares(vehicle, noise, healthy.f[:SAMPLE], LASTING_S * RATE_HZ)
+    told = np.flatnonzero(seconds_to_accuse(shares, RATE_HZ) <= SOON_S)
     readiness, off = sole_failures(vehicle, apart, dives)
-    shares = ["–"] * 3
+    cells = ["–"] * 5
     if off:
         flight = fly(vehicle, rng, readiness, current=CURRENT, size=size, gain=GAIN)
-        named = [each == [i] for each, i in zip(log_accusations(vehicle, flight, SOON), off, strict=True)]
-        suspects, sets = zip(*monitor_accusations(vehicle, noise, flight, size, SOON), strict=True)
-        seen = [[one == i for one, i in zip(suspects, off, strict=True)]]
-        seen += [[each == {i} for each, i in zip(sets, off, strict=True)]]
-        shares = [f"{100 * np.mean(each):.1f}" for each in (named, *seen)]
-    hours = f"{dives * WINDOW_S / 3600:.2f}"
+        named = [each == [i] for each, i in zip(log_accusations(vehicle, flight, SOON_S), off, strict=True)]
+        suspects, sets = zip(*monitor_accusations(vehicle, noise, flight, size, SOON_S), strict=True)
+        right = [one == i for one, i in zip(suspects, off, strict=True)]
+        accused = np.array([each == {i} for each, i in zip(sets, off, strict=True)])
+        foretold = shares[int(SOON_S * RATE_HZ) - 1, off].mean()
+        soon = accused[np.isin(off, told)]
+        each = [np.mean(named), np.mean(right), foretold, accused.mean()]
+        cells = [f"{100 * share:.1f}" for share in each] + [f"{100 * soon.mean():.1f}" if soon.size else "–"]
+    odds = healthy_odds(vehicle, noise, size, round(hours * 3600 / HEALTHY_S), rng)
     return [
-        name, f"{100 * np.mean(inside):.1f}", f"{100 * np.mean(near):.1f}",
-        f"{len(apart)} of {vehicle.n}", *shares, f"{wrongly}, {cried}", hours,
+        name, f"{100 * known.mean():.1f}", f"{100 * (error <= half_width)[known].mean():.1f}",
+        f"{100 * (error <= 0.1)[narrow].mean():.1f}",
+        f"{len(apart)} of {vehicle.n}", *cells[:4], f"{len(told)}", cells[4], f"{wrongly}",
+        f"{(odds > ACCUSED).sum()} in {len(odds) * HEALTHY_S / 3600:.0f} h", f"{odds.max():.1f}",
     ]  # fmt: skip
 
 
-def main(dives: int) -> None:
+def main(dives: int, hours: float) -> None:
     """Print the table."""
     header = [
-        "vehicle", "truth in the 95 % interval [%]", "within 0.1 [%]", "can be told apart",
-        "dead one named in 10 s [%]", "monitor: right suspect [%]", "accused [%]",
-        "false accusations: log, monitor", "hours",
+        "vehicle", "readiness known [%]", "truth in the 95 % interval [%]", "within 0.1 [%]",
+        "can be told apart", "log names a dead one in 10 s [%]", "monitor: right suspect [%]",
+        "accused in 10 s, foretold [%]", "accused [%]", "told in 10 s", "of these accused [%]",
+        "false accusations: log", "monitor", "its largest odds",
     ]  # fmt: skip
-    print(table(header, [of_vehicle(name, dives) for name in list_vehicles()]))
+    print("| " + " | ".join(header) + " |\n|" + "|".join([":--"] * len(header)) + "|")
+    for name in list_vehicles():
+        print("| " + " | ".join(of_vehicle(name, dives, hours)) + " |", flush=True)
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 150)
+    dives, hours, *_ = [*map(float, sys.argv[1:]), *(150.0, 10.0)[len(sys.argv) - 1 :]]
+    main(int(dives), hours)

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -31,3 +32,16 @@ def test_the_demands_to_fly_are_a_csv_that_is_read_as_demands(tmp_path: Path) ->
 def test_noise_is_one_number_or_one_for_each_axis() -> None:
     text = check("--noise", "4,4,2")
     assert "noise    surge 4 N, sway 4 N, yaw 2 N m (one standard deviation)" in text
+
+
+def test_each_thruster_has_a_time_and_demands_that_are_stated_are_asked(tmp_path: Path) -> None:
+    text = check("--noise", "8,8,2")
+    assert "told     thruster 3: if it is off, accused after " in text
+    assert "thrusters within 10 s, in 95 % of cases, by codegen --monitor, at 50 calls a second" in text
+    flown = tmp_path / "flown.csv"
+    rows = [
+        f"{0.1 * i:.1f},{90 * np.sin(i / 5):.3f},{40 * np.cos(i / 3):.3f},{30 * np.sin(i):.3f}"
+        for i in range(300)
+    ]
+    flown.write_text("\n".join(["t,surge,sway,yaw", *rows]))
+    assert f"at 10 calls a second and the demands of {flown}" in check("--demands", str(flown))
