@@ -15,8 +15,8 @@ NEARLY = 1e-12
 """Share of the largest force that counts as zero in a corner or in the reach of a side."""
 
 
-NOTHING = 1e-9
-"""Share of the largest limit up to which a force has no angle: rounding decides that of a smaller one [-]."""
+NOTHING = 1e-6
+"""Share of the largest limit up to which a force has no angle: a solver that iterates leaves as much [-]."""
 SPARE = 8 * float(np.finfo(np.float64).eps)
 """Share of the largest limit by which thrusts are moved further in than a side asks [-]."""
 
