@@ -51,8 +51,8 @@ def command(
     if from_outputs:
         _outputs(log, vehicle, output, accelerations, picture, **options)
         return
+    from alloc import load_vehicle
     from alloc.files.textfile import write_text
-    from alloc.vehicle.file import load_fixed_vehicle
     from bench.demands import labelled
     from bench.demands.log_summary import demands_text, hold_times, summarise
     from bench.inputs.demand_csv import format_demands
@@ -60,7 +60,7 @@ def command(
     from bench.inputs.logs import log_for, rate_hz
     from bench.judging.cap import energy_lines
 
-    answering = load_fixed_vehicle(vehicle)
+    answering = load_vehicle(vehicle)
     read = log_for(answering, log, read_options(**options))
     t, taus, columns = read.t, read.taus, read.columns
     low, high = row_limits(log, columns, answering)

@@ -27,19 +27,23 @@ def command(name: str, like: str, language: str) -> None:
     They are NAME.yaml, demands.csv, and my_allocator.py, or what a plug-in in C, C++ or Rust is built of;
     exec is a program that answers line by line.
     """
+    from alloc import load_vehicle
     from alloc.errors import FileError
     from alloc.files.textfile import write_text
-    from alloc.vehicle.file import build_vehicle, find_file, load_fixed_vehicle, read_document
+    from alloc.vehicle.azimuth import refuse_azimuths
+    from alloc.vehicle.file import build_vehicle, find_file, read_document
     from bench.inputs import starter
 
     name = starter.check_name(name.removesuffix(".yaml"))
     vehicle_file, demands = Path(f"{name}.yaml"), Path("demands.csv")
-    methods = {Path(file): text for file, text in starter.plugin("My allocator", language).items()}
+    turning = load_vehicle(like).azimuths if like else ()
+    if language != "python":
+        refuse_azimuths(turning, f"--language {language}", "limits of its calls are boxes")
+    files = starter.plugin("My allocator", language, azimuths=bool(turning))
+    methods = {Path(file): text for file, text in files.items()}
     for file in (vehicle_file, demands, *methods):
         if file.exists():
             raise FileError("is there already, and nothing is replaced; go to another folder", path=file)
-    if like:
-        load_fixed_vehicle(like)
     keys = starter.copy_keys(name, read_document(find_file(like)).keys, like) if like else _asked(name)
     text = starter.keys_text(keys)
     vehicle = build_vehicle(keys)

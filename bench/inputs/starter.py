@@ -55,6 +55,16 @@ def build(vehicle):
 
     return allocate
 '''
+TURNING = (
+    ("the pseudoinverse, each thrust cut at its limit", "the pseudoinverse"),
+    (
+        "LIMITED = True  # every thrust lies inside the limits; leave it out where yours may not",
+        "AZIMUTHS = True  # f has two forces of a thruster that turns: vehicle.actuators\n"
+        "LIMITED = False  # True where every force lies in its polygon: vehicle.half_planes",
+    ),
+    ("np.clip(G @ tau, vehicle.f_min, vehicle.f_max)", "G @ tau"),
+)
+"""Parts of the plug-in, and those in their place for a vehicle whose thrusters turn."""
 SAME_T = 0.01
 """Largest difference, of a row's largest entry, at which poses stand for a published T of three digits."""
 
@@ -62,8 +72,12 @@ SAME_T = 0.01
 def copy_keys(name: str, keys: VehicleFile, origin: str) -> VehicleFile:
     """The keys of a vehicle that starts as a copy of another: poses with names, in the other's frame.
 
-    T is kept where no poses make it, as of a published T whose moments contradict each other.
+    T is kept where no poses make it, as of a published T whose moments contradict each other. Thrusters of a
+    file in which some turn stay as they are.
     """
+    source = f"copied from {origin}; no number is measured yet"
+    if any(thruster.azimuth for thruster in keys.thrusters or ()):
+        return msgspec.structs.replace(keys, name=name, source=source, notes=[])
     T, _ = matrices(keys)
     positions, directions, center, *_ = poses(keys, T)
     lengths = np.linalg.norm(directions, axis=1, keepdims=True)
@@ -72,9 +86,7 @@ def copy_keys(name: str, keys: VehicleFile, origin: str) -> VehicleFile:
     made = pose_matrix(positions, unit, center, moments)[[DOF.index(axis) for axis in keys.dof]]
     off = np.abs(made - T).max(axis=1) / np.abs(T).max(axis=1).clip(min=1e-9)
     names = _own_names(keys) or name_places(positions - center, unit, keys.frame or "frd")
-    copied = msgspec.structs.replace(
-        keys, name=name, source=f"copied from {origin}; no number is measured yet", notes=[]
-    )
+    copied = msgspec.structs.replace(keys, name=name, source=source, notes=[])
     if off.max() > SAME_T:
         return msgspec.structs.replace(
             copied,
@@ -205,10 +217,13 @@ INTERFACE = ("c", "cpp")
 """Languages that include the C interface."""
 
 
-def plugin(words: str, language: str = "python") -> dict[str, str]:
-    """The files of a method to start from, as {file name: text}."""
+def plugin(words: str, language: str = "python", *, azimuths: bool = False) -> dict[str, str]:
+    """The files of a method to start from, as {file name: text}; ``azimuths`` where thrusters turn."""
     if language == "python":
-        return {"my_allocator.py": PLUGIN.format(words=words)}
+        text = PLUGIN.format(words=words)
+        for fixed, turning in TURNING if azimuths else ():
+            text = text.replace(fixed, turning)
+        return {"my_allocator.py": text}
     folder = files("alloc.foreign")
     found = {name: folder / "starters" / language / name for name in LANGUAGES[language].files}
     if language in INTERFACE:

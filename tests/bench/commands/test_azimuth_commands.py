@@ -96,6 +96,25 @@ def test_angles_of_a_file_go_the_shortest_way_round_from_row_to_row(
         assert said == pytest.approx([170, 170, np.nan, 190, 350, 380], nan_ok=True)
 
 
+def test_a_ferry_s_copy_goes_through_the_first_steps_of_the_readme(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    run("init mine --like double-ended-ferry")
+    mine, ferry = load_vehicle("mine.yaml"), load_vehicle("double-ended-ferry")
+    assert mine.names == ferry.names
+    assert (mine.T == ferry.T).all()
+    assert [one.corners.tolist() for one in mine.azimuths] == [one.corners.tolist() for one in ferry.azimuths]
+    assert "mine.yaml: 0 errors" in run("check mine.yaml")
+    said = run("demands demands.csv --vehicle mine.yaml")
+    assert "infeasible                  20.00 %" in said  # the last of five, 1.5 times what there is
+    answers = [
+        [row["status"] for row in csv.DictReader(io.StringIO(run(f"allocate --vehicle mine.yaml {line}")))]
+        for line in ("--method nullspace demands.csv", "--method my_allocator.py demands.csv")
+    ]
+    assert answers == [["SOLVED"] * 4 + ["INFEASIBLE"], ["SOLVED"] * 5]
+
+
 def test_check_says_the_sets_what_polygons_lose_and_what_failures_cost(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
