@@ -116,6 +116,19 @@ def tally(solver: str, vehicle: Vehicle, scalar: Scalar, n: int, limits: Where, 
     taus, low, high, able = asked(vehicle, n, limits)
     calls = np.hstack([taus, low, high]) if limits == "call" else taus
     F, status = answers(solver, vehicle, scalar, calls, limits, checked=checked)
+    return outcomes(vehicle, taus, low, high, able, F, status)
+
+
+def outcomes(
+    vehicle: Vehicle,
+    taus: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    able: BoolArray,
+    F: FloatArray,
+    status: IndexArray,
+) -> Outcomes:
+    """Thrusts (N, n) and statuses (N,) that answer what ``asked`` returns, held to the exact ones."""
     exact, _ = build("nullspace", vehicle).many(taus, low, high)
     answered = np.isin(status, (Status.SOLVED, Status.PARTIAL))
     beyond = np.maximum(F - high, low - F).max(axis=1) / vehicle.f_scale
