@@ -2,7 +2,7 @@
 
 FOLDER gets its wheel and Eigen's by pip, and libraries made of ``eiquadprog.cpp`` and these: in newtons and
 in the units of this suite, with the check of docs/rivals.md and as the solver claims. ``thrustbench run
---method FOLDER/scaled.so`` times and judges one. The study asks the demands of ``rivals.py call`` on each
+--method FOLDER/eiquadprog.so`` times and judges one. The study asks the demands of ``rivals.py fixed`` on each
 shipped vehicle, and those of ``campaign.py`` on random ones.
 """
 
@@ -21,15 +21,15 @@ from rivals import asked as shipped
 
 WHEELS = ("eiquadprog==1.3.2", "cmeel-eigen==3.4.1")
 BUILDS = {
-    "scaled": (),
-    "newtons": ("-DNEWTONS",),
-    "scaled-claimed": ("-DCLAIMED",),
-    "newtons-claimed": ("-DNEWTONS", "-DCLAIMED"),
+    "eiquadprog": (),
+    "eiquadprog-newtons": ("-DNEWTONS",),
+    "eiquadprog-claimed": ("-DCLAIMED",),
+    "eiquadprog-newtons-claimed": ("-DNEWTONS", "-DCLAIMED"),
 }
 """Options of the compiler by the library's name."""
 HERE = Path(__file__)
 INTERFACE = HERE.parents[2] / "alloc" / "foreign"
-N, VEHICLES = 200, 500
+N, VEHICLES = 1000, 500
 """Demands of each class on a shipped vehicle, and random vehicles."""
 
 
@@ -54,7 +54,7 @@ def on_shipped(library: Path) -> list[str]:
     """Results on all shipped vehicles together, in the order of ``Outcomes``."""
     found = []
     for vehicle in map(load_vehicle, list_vehicles()):
-        questions = shipped(vehicle, N, "call")
+        questions = shipped(vehicle, N, "fixed")
         found.append(outcomes(vehicle, *questions, *build(str(library), vehicle).many(*questions[:3])))
     *numbers, distance, refused = zip(*found, strict=True)
     return [*(str(sum(each)) for each in numbers), three(max(distance)), str(sum(refused))]

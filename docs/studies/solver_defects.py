@@ -1,7 +1,8 @@
 """Runs the programs of ``docs/studies/defects``: ``python docs/studies/solver_defects.py [NAME]…``.
 
 Each runs in a process of its own. The study prints its title, what it prints and how it ends; docs/solvers.md
-says what follows from it. Some crash or hang, as they should.
+says what follows from it. Some crash or hang, as they should. The study ends with 1 where one does otherwise
+than its docstring says.
 """
 
 import ast
@@ -36,12 +37,19 @@ def outcome(program: Path) -> str:
     return f"{done.stdout.decode().rstrip()}\n{cause(done.returncode, done.stderr)}".strip()
 
 
-def main(names: list[str]) -> None:
-    """Print the outcome of the named programs, or of all."""
+def main(names: list[str]) -> int:
+    """Print the outcome of the named programs, or of all; 1 where one has changed."""
+    changed = 0
     for name, program in programs().items():
         if not names or name in names:
-            print(f"{name}: {told(program)[0]}\n{outcome(program)}\n", flush=True)
+            title, expected = told(program)
+            found = outcome(program)
+            print(f"{name}: {title}\n{found}\n", flush=True)
+            if found != expected:
+                changed = 1
+                print(f"{name} has changed; it was\n{expected}\n", flush=True)
+    return changed
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    sys.exit(main(sys.argv[1:]))
