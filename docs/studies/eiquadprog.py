@@ -2,8 +2,8 @@
 
 FOLDER gets its wheel and Eigen's by pip, and libraries made of ``eiquadprog.cpp`` and these: in newtons and
 in the units of this suite, with the check of docs/rivals.md and as the solver claims. ``thrustbench run
---method FOLDER/eiquadprog.so`` times and judges one. The study asks the demands of ``rivals.py fixed`` on each
-shipped vehicle, and those of ``campaign.py`` on random ones.
+--method FOLDER/eiquadprog.so`` times and judges one. The study asks the demands of ``rivals.py fixed`` on
+each shipped vehicle, and those of ``campaign.py`` on random ones.
 """
 
 import subprocess

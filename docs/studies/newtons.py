@@ -2,20 +2,25 @@
 
 ``python docs/studies/keep.py newtons`` asks each solver, at its own settings, the
 same demands in newtons and in the units of this suite, and believes what it says: none of the checks that an
-allocator makes. ``python docs/studies/page_tables.py newtons`` puts the sums into docs/solvers.md.
+allocator makes. ElastiQP is asked at a price of 1e4 too, of a broken limit and of a missed wrench.
+``python docs/studies/page_tables.py newtons`` puts the sums of solvers into docs/solvers.md.
 """
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from time import perf_counter
 
 import numpy as np
 
 from alloc import NotApplicable, Status, Vehicle, build, load_vehicle, solvers
 from alloc.allocation import FloatArray
-from alloc.qp import pose_hard
+from alloc.qp import QP, pose_hard
+from alloc.qp.problem import OneSided
+from alloc.solvers import Solve
+from alloc.solvers.elastiqp import prepare_rows
 from bench.demands import build_demands
-from bench.results.text import table
+from bench.results.text import table, three
 
 VEHICLES = ("ukwial", "bluerov2", "bluerov2-heavy", "supply-vessel", "tiburon")
 DEMANDS = {"active": 12, "inactive": 14, "infeasible": 10}
@@ -29,15 +34,43 @@ ASKED = {"attainable": CLAIMS, "beyond reach": CLAIMS[1:]}
 UNITS = ("newtons", "scaled")
 HEADERS = ("solver", "vehicle", "units", *(f"{asked}: {said}" for asked in ASKED for said in ASKED[asked]))
 PAGE = Path(__file__).parents[2] / "results/studies/newtons.md"
+PRICE, KEPT = 1e4, 1e12
+"""ElastiQP's price of what may give way where it is asked so, and of what may not [-]."""
 
 
-def claims(name: str, vehicle: Vehicle, scaled: bool) -> Counter[str]:
-    """Claims about the demands on a vehicle: ``attainable: solved, right`` and so on, counted."""
-    posed, solver = pose_hard(vehicle, scaled=scaled), solvers.load(name)
-    found = Counter[str]()
+def elastic(gives_way: str) -> Callable[[QP], Solve]:
+    """Preparation of ElastiQP where limits, or the wrench, give way at ``PRICE``."""
+
+    def prepare(qp: QP) -> Solve:
+        sides, p = OneSided(qp), len(qp.A)
+        prices = (KEPT, PRICE) if gives_way == "limits" else (PRICE, KEPT)
+        rows = np.vstack([qp.A, -qp.A, qp.one_sided[0]])
+
+        def right(b: FloatArray, lb: FloatArray, ub: FloatArray) -> FloatArray:
+            sides.put(b, lb, ub)
+            return np.concatenate([b, -b, sides.right[p:]])
+
+        each = np.repeat(prices, [2 * p, len(rows) - 2 * p])
+        solve = prepare_rows(qp.H, rows, right(np.zeros(p), qp.lb, qp.ub), each, "default")
+        return lambda *call: solve(right(*call))
+
+    return prepare
+
+
+def usual(name: str) -> Callable[[QP], Solve]:
+    """Preparation of a solver of that name at its own settings."""
+    solver = solvers.load(name)
+    level = next(iter(solver.SETTINGS))
+    return lambda qp: solver.prepare(qp, solvers.default_start(solver), level)
+
+
+def claims(prepare: Callable[[QP], Solve], vehicle: Vehicle, scaled: bool) -> tuple[Counter[str], float]:
+    """Claims about demands on a vehicle: ``attainable: solved, right`` and so on; median call [us]."""
+    posed = pose_hard(vehicle, scaled=scaled)
+    found, times = Counter[str](), list[float]()
     exact = build("nullspace", vehicle)
     try:
-        solve = solver.prepare(posed.qp, solvers.default_start(solver), next(iter(solver.SETTINGS)))
+        solve = prepare(posed.qp)
     except (NotApplicable, RuntimeError, ValueError):
         solve = None
     for demands, n in DEMANDS.items():
@@ -46,13 +79,15 @@ def claims(name: str, vehicle: Vehicle, scaled: bool) -> Counter[str]:
         for tau, best in zip(taus, exact.many(taus)[0], strict=True):
             said = "nothing"
             if solve is not None:
+                started = perf_counter()
                 try:
                     x, status, *_ = solve(posed.b_of_tau @ tau, posed.qp.lb, posed.qp.ub)
+                    times.append(1e6 * (perf_counter() - started))
                     said = claim(status, x * posed.unit, best / vehicle.f_scale, vehicle.f_scale, asked)
                 except (RuntimeError, ValueError, ArithmeticError):
                     said = "nothing"
             found[f"{asked}: {said}"] += 1
-    return found
+    return found, float(np.median(times)) if times else np.nan
 
 
 def claim(status: Status, f: FloatArray, best: FloatArray, unit: float, asked: str) -> str:
@@ -67,13 +102,15 @@ def claim(status: Status, f: FloatArray, best: FloatArray, unit: float, asked: s
 
 def rows() -> Iterator[list[str]]:
     """A row for each solver, vehicle and kind of units."""
-    for name in solvers.names():
-        if solvers.missing(name):
-            continue
+    asked = {name: usual(name) for name in solvers.names() if not solvers.missing(name)}
+    if "elastiqp" in asked:
+        asked |= {f"elastiqp, {side} elastic": elastic(side) for side in ("limits", "wrench")}
+    for name, prepare in asked.items():
         for vehicle in map(load_vehicle, VEHICLES):
             for units in UNITS:
-                found = claims(name, vehicle, scaled=units == "scaled")
-                yield [name, vehicle.name, units, *(str(found[header]) for header in HEADERS[3:])]
+                found, call_us = claims(prepare, vehicle, scaled=units == "scaled")
+                counts = (str(found[header]) for header in HEADERS[3:])
+                yield [name, vehicle.name, units, *counts, three(call_us)]
 
 
 def summed(page: str) -> str:
@@ -81,7 +118,7 @@ def summed(page: str) -> str:
     found: dict[str, dict[tuple[str, str], Counter[str]]] = {}
     for line in page.splitlines():
         name, _, units, *counts = [cell.strip() for cell in line.strip("|").split("|")] + ["", ""]
-        if units not in UNITS:
+        if units not in UNITS or name not in solvers.names():
             continue
         own = found.setdefault(name, {})
         for header, count in zip(HEADERS[3:], counts, strict=False):
@@ -96,4 +133,4 @@ def summed(page: str) -> str:
 
 
 if __name__ == "__main__":
-    print(table(HEADERS, rows(), markdown=True))
+    print(table((*HEADERS, "call [µs]"), rows(), markdown=True))
