@@ -123,6 +123,8 @@ const tba_promise *tba_promises(void)
 
 void *tba_prepare(const tba_vehicle *vehicle, const char **) { return new Allocator(*vehicle); }
 
+void tba_free(void *allocator) { delete static_cast<Allocator *>(allocator); }
+
 int tba_call(void *allocator, const tba_input *input, tba_output *output)
 {
     return static_cast<Allocator *>(allocator)->call(*input, *output);

@@ -12,6 +12,8 @@ from collections import Counter
 from pathlib import Path
 from zipfile import ZipFile
 
+import numpy as np
+
 from alloc import build, list_vehicles, load_vehicle
 from bench.demands.generated import asked, generate_vehicle
 from bench.results.text import table, three
@@ -55,7 +57,8 @@ def on_shipped(library: Path) -> list[str]:
     found = []
     for vehicle in map(load_vehicle, list_vehicles()):
         questions = shipped(vehicle, N, "fixed")
-        found.append(outcomes(vehicle, *questions, *build(str(library), vehicle).many(*questions[:3])))
+        F, status = build(str(library), vehicle).many(*questions[:3])
+        found.append(outcomes(vehicle, *questions, F, status.astype(np.intp)))
     *numbers, distance, refused = zip(*found, strict=True)
     return [*(str(sum(each)) for each in numbers), three(max(distance)), str(sum(refused))]
 
