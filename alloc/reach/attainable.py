@@ -160,9 +160,9 @@ def _range_within(
 
 
 def _range(
-    t: FloatArray, normals: FloatArray, support: FloatArray, tolerance: FloatArray
+    t: FloatArray, normals: FloatArray, support: FloatArray, tolerance: FloatArray | float
 ) -> tuple[FloatArray, FloatArray]:
-    """Least and largest multiple (N,) of scaled wrenches t (N, k) with normals t <= support (1 or N, M)."""
+    """Least and largest multiple (N,) of wrenches or thrusts t with normals t <= support (1 or N, M)."""
     size = np.abs(t).max(axis=1)
     size[size == 0] = 1.0
     along = (t / size[:, None]) @ normals.T
@@ -186,20 +186,14 @@ def closed_form_range(
     part that no thruster pushes, if zero is met.
     """
     G, rows = generalized_inverse(vehicle), limit_rows(vehicle)
-    f = checked_many(taus, vehicle.k) @ G.T
-    along = f @ rows.A.T
-    along[np.abs(along) < NOTHING * np.abs(f).max(axis=1, keepdims=True, initial=0.0)] = 0.0  # rounding
     reach = rows.reach if start is None else rows.reach - rows.A @ (G @ start)
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        ratio = reach / along
-    high = np.where(along > 0, ratio, np.inf).min(axis=1)
-    low = np.where(along < 0, ratio, -np.inf).max(axis=1)
-    missed = ((along == 0) & (reach < 0)).any(axis=1) | (low > high)
+    low, high = _range(checked_many(taus, vehicle.k) @ G.T, rows.A, reach[None], NOTHING)
     if vehicle.rank < vehicle.k:  # thrusts T* tau inside the limits need not push tau
         least, most = alpha_range(vehicle, taus, start=start)
         low, high = np.maximum(low, least), np.minimum(high, most)
-        missed |= low > high
-    return np.where(missed, np.inf, low), np.where(missed, -np.inf, high)
+        missed = low > high
+        low[missed], high[missed] = np.inf, -np.inf
+    return low, high
 
 
 def single_axis_maxima(vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
