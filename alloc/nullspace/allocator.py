@@ -309,7 +309,7 @@ class PolygonNullspace(Nullspace):
         along = self._C.dot(f)
         steps = self._n
         if (along >= self._low).all() and (along <= self._high).all():
-            return answer(self._fit(f[None])[0], Status.SOLVED, steps)
+            return answer(f, Status.SOLVED, steps)
         best, least = f, np.inf
         for wider in (0.0, *WIDER):
             by = wider * self._vehicle.f_scale
@@ -358,7 +358,8 @@ class PolygonNullspace(Nullspace):
 
     def _fit(self, F: FloatArray) -> FloatArray:
         """Thrusts (N, n) that lie outside of their limits by rounding, moved inside."""
-        return fit_polygons(self._turning, np.clip(F, *self._own), self._spare)
+        low, high = self._own
+        return fit_polygons(self._turning, np.minimum(np.maximum(F, low), high), self._spare)
 
 
 def exact(vehicle: Vehicle, tolerance: float = TOLERANCE) -> Nullspace:

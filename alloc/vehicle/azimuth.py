@@ -64,6 +64,17 @@ class Azimuth:
         return np.where(np.abs(far) <= NEARLY * np.abs(self.corners).max(), 0.0, far)
 
     @cached_property
+    def middle(self) -> FloatArray:
+        """(2,) mean of the corners [N]."""
+        mean: FloatArray = self.corners.mean(axis=0)
+        return mean
+
+    @cached_property
+    def depth(self) -> FloatArray:
+        """(v,) distance of the ``middle`` from each side [N]."""
+        return self.reach - self.normals @ self.middle
+
+    @cached_property
     def distinct(self) -> list[int]:
         """Indices of the sides, of two that are parallel the first."""
         sines = np.abs(self.normals @ [[0.0, -1.0], [1.0, 0.0]] @ self.normals.T)
@@ -96,11 +107,12 @@ def fit_polygons(azimuths: Sequence[Azimuth], F: FloatArray, spare: float) -> Fl
     """Thrusts (N, n) [N], those outside of a polygon moved towards its middle, until ``spare`` inside."""
     inside = F.copy()
     for azimuth in azimuths:
-        f, middle = inside[:, azimuth.components], azimuth.corners.mean(axis=0)
+        f = inside[:, azimuth.first : azimuth.first + 2]  # a view
         beyond = f @ azimuth.normals.T - azimuth.reach
-        depth = azimuth.reach - azimuth.normals @ middle
-        share = np.where(beyond > 0.0, (beyond + spare) / (np.maximum(beyond, 0.0) + depth), 0.0)
-        inside[:, azimuth.components] = f + np.minimum(share.max(axis=1), 1.0)[:, None] * (middle - f)
+        if beyond.max(initial=0.0) <= 0.0:  # the usual case, quickly
+            continue
+        share = np.where(beyond > 0.0, (beyond + spare) / (np.maximum(beyond, 0.0) + azimuth.depth), 0.0)
+        f += np.minimum(share.max(axis=1), 1.0)[:, None] * (azimuth.middle - f)
     return inside
 
 
