@@ -9,7 +9,7 @@ import numpy as np
 from alloc.allocation import FloatArray, Status
 from alloc.kernels.tolerance import MOVED_ERROR
 from alloc.nullspace.structure import Structure
-from alloc.program import Builder, Expression, Limits, Number, most, within
+from alloc.program import Builder, Expression, Limits, Number, clamp, most
 from alloc.program.sums import dot, product, shared_sums, signed, snapped
 
 NOT_FINITE = -2
@@ -126,7 +126,7 @@ def lost_parts(builder: Builder, structure: Structure) -> Excess:
 
 def clamp_thrusts(builder: Builder, thrusts: dict[int, Expression], limits: Limits) -> dict[int, Expression]:
     """Move thrusts that rounding or the slack took across a limit back onto it."""
-    moved = {i: within(thrust, *limits.ends(i)).named(f"y{i}") for i, thrust in thrusts.items()}
+    moved = {i: clamp(thrust, *limits.ends(i)).named(f"y{i}") for i, thrust in thrusts.items()}
     builder.compute(*moved.values())
     return moved
 

@@ -8,7 +8,7 @@ from alloc.allocation import FloatArray
 from alloc.kernels.facets import FacetPairs
 from alloc.program import Builder, Expression, Number, least, most, select, size
 from alloc.program.graph import lifted
-from alloc.program.sums import SAME, known, signed, summed
+from alloc.program.sums import SAME, is_constant, signed, summed
 from alloc.reach.edge import slack_table
 
 Ways = list[tuple[Expression, list[tuple[int, bool]]]]
@@ -28,7 +28,7 @@ def margin_share(along: Expression, ahead: Number, astern: Number) -> Expression
 
 def values(number: Number) -> tuple[float, ...]:
     """Values of a constant, one for each fault; empty if it is only known in a call."""
-    return number.graph.known(number.node) if isinstance(number, Expression) else (number,)
+    return number.graph.fixed_values(number.node) if isinstance(number, Expression) else (number,)
 
 
 class FacetMargins:
@@ -57,7 +57,7 @@ class FacetMargins:
             if limits.at_call:
                 self._gaps[i] = gaps[i], gaps[n + i]
         table = slack_table(push)
-        widths = np.array([gap if known(gap) else 0.0 for gap in gaps], dtype=float)
+        widths = np.array([gap if is_constant(gap) else 0.0 for gap in gaps], dtype=float)
         rows = summed(table, [lifted(gap, graph) for gap in gaps], f"g{level}_").rows
         if not limits.at_call:
             # A shared sum has no value of its own for each fault; its constants do.
@@ -65,7 +65,7 @@ class FacetMargins:
             narrow = (table @ each <= WIDE * self._builder.vehicle.f_scale).any(axis=1)
             self._narrow |= {m for j, m in enumerate(asked) if narrow[j] or narrow[len(asked) + j]}
         for j, m in enumerate(asked):
-            if all(known(gaps[i]) for i in np.flatnonzero(push[j]).tolist()):
+            if all(is_constant(gaps[i]) for i in np.flatnonzero(push[j]).tolist()):
                 ahead, astern = (float(table[row] @ widths) for row in (j, len(asked) + j))
                 self._known[m] = ahead, astern
                 continue
@@ -134,7 +134,7 @@ class FacetMargins:
 
     def _least(self, margins: list[Number]) -> Number:
         margins = list(dict.fromkeys(margins))
-        if all(known(margin) for margin in margins):
+        if all(is_constant(margin) for margin in margins):
             return min(margin for margin in margins if isinstance(margin, float))
         # If each value of one list is added to each of another, the least sum is the sum of both minima.
         pairs = [self._terms.get(margin, []) for margin in margins]

@@ -13,7 +13,7 @@ import numpy as np
 from alloc.allocation import FloatArray, Status
 from alloc.kernels.entry import conjunction
 from alloc.nullspace.region import Region, Slab
-from alloc.program import Builder, Expression, Number, least, most, within
+from alloc.program import Builder, Expression, Number, clamp, least, most
 from alloc.program.graph import lifted
 from alloc.program.sums import SAME, dot, signed, term
 from alloc.vehicle.degeneracy import ROUNDED
@@ -144,7 +144,7 @@ def _common(builder: Builder, slab: Slab, rows: list[Strip], at: str) -> tuple[S
         if which:
             builder.compute(lower.named(f"l{mark}"), upper.named(f"h{mark}"))
             gaps = [lower - hi, lo - upper]
-            lower, upper = within(lower, lo, hi), within(upper, lo, hi)
+            lower, upper = clamp(lower, lo, hi), clamp(upper, lo, hi)
         lo, hi = lower.named(f"lo{mark}"), upper.named(f"hi{mark}")
         builder.compute(lo, hi)
         conditions += [gap <= alike.slack for gap in (*gaps, lo - hi) if isfinite(alike.slack)]
@@ -167,7 +167,7 @@ def _hold_slab(
     row, earlier, later = slabs[i], slabs[:i], slabs[i + 1 :]
     keys = {each.key for each in later}
     asked = later + [each for each in kept if each.key not in keys]
-    bound = within(values[row.key], row.low, row.high).named(f"e{at}")
+    bound = clamp(values[row.key], row.low, row.high).named(f"e{at}")
     builder.compute(bound)
     inner = dict(values)
     with builder.where(bound.differs(values[row.key])) as merged:

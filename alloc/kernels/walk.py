@@ -13,8 +13,8 @@ from alloc.kernels.entry import TAU, Place, SeenArguments, cover_arguments
 from alloc.kernels.facets import facet_pairs, group_alike, steps_along
 from alloc.kernels.failures import reachable
 from alloc.kernels.margins import FacetMargins, Ways
-from alloc.program import Builder, Expression, Limits, Number, Scalar, most, select, size, within
-from alloc.program.sums import Terms, dot, gathered, known, product, shared_sums, signed, snapped
+from alloc.program import Builder, Expression, Limits, Number, Scalar, clamp, most, select, size
+from alloc.program.sums import Terms, dot, gathered, is_constant, product, shared_sums, signed, snapped
 from alloc.reach import edge
 from alloc.reach.edge import INSET, start
 from alloc.reach.way import Way, groups, pushes, step_maps
@@ -31,9 +31,9 @@ def start_thrusts(builder: Builder, limits: Limits) -> list[Number]:
         return list(np.where(vehicle.readiness > 0, start(vehicle.f_min, vehicle.f_max), 0.0))
     f: list[Number] = [0.0] * vehicle.n
     for i in vehicle.working.tolist():
-        near = within(0.0, *limits.ends(i)).named(f"near{i}")
+        near = clamp(0.0, *limits.ends(i)).named(f"near{i}")
         inset = (limits.crossing(i) * INSET).named(f"in{i}")
-        f[i] = (near + within(near, inset, -inset)).named(f"f{i}")
+        f[i] = (near + clamp(near, inset, -inset)).named(f"f{i}")
     return f
 
 
@@ -47,7 +47,7 @@ def remaining_demand(builder: Builder, f0: list[Number]) -> list[Expression]:
     vehicle = builder.vehicle
     fixed = vehicle.TP @ [0.0 if isinstance(f, Expression) else f for f in f0]
     of_call = [f for f in f0 if isinstance(f, Expression)]
-    moving = vehicle.TP[:, [not known(f) for f in f0]]
+    moving = vehicle.TP[:, [not is_constant(f) for f in f0]]
     rows = gathered(moving, of_call, "w") if of_call else [Terms() for _ in fixed]
     found = []
     for r, (terms, constant) in enumerate(zip(rows, fixed.tolist(), strict=True)):
@@ -222,7 +222,7 @@ class Walk:
             back: Terms = (
                 [] if at == 0.0 else [(True, at if isinstance(at, Expression) else self._constant(at))]
             )
-            if back and known(at) and isinstance(at, float) and at < 0.0:
+            if back and is_constant(at) and isinstance(at, float) and at < 0.0:
                 back = [(False, self._constant(-at))]
             summed[i] = [] if back else products.rows[i]
             steps[i] = signed([*rows[i], *back]).named(f"d{level}_{i}")

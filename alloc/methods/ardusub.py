@@ -13,7 +13,7 @@ from alloc.errors import NotApplicable
 from alloc.formulations.ardusub import FORMULATION as ANSWERED
 from alloc.kernels import rules
 from alloc.kernels.entry import SeenArguments, all_thrusters, clamp_thrusts, refuse
-from alloc.program import Builder, Expression, Program, Scalar, Where, least, most, select, size, within
+from alloc.program import Builder, Expression, Program, Scalar, Where, clamp, least, most, select, size
 from alloc.program.sums import Terms, product, shared_sums, signed
 from alloc.vehicle import Vehicle
 from alloc.vehicle.autopilot import SENSE, Autopilot
@@ -157,7 +157,7 @@ def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     x = {i: rules.sided(u[i], ahead[i], -astern[i]).named(f"x{i}") for i in vehicle.working.tolist()}
     astern, ahead = mixer.thrust.tolist()
     if builder.limits.at_call:
-        x = {i: within(value, astern[i], ahead[i]) for i, value in x.items()}
+        x = {i: clamp(value, astern[i], ahead[i]) for i, value in x.items()}
     f = clamp_thrusts(builder, x, builder.limits)
     missed, at_most = rules.wrench_missed(builder, f)
     seen = SeenArguments([], builder)
@@ -188,7 +188,7 @@ def _mixed(
     """Outputs of inputs, not yet cut, as sums; ``full`` stands for 1 of both."""
     if mixer.frame == "VECTORED_6DOF":
         return shared_sums(product(B, _fitted_inputs(builder, asked, full), "p").rows, "w")[1]
-    asked = [within(value, -full, full) for value in asked]
+    asked = [clamp(value, -full, full) for value in asked]
     if mixer.frame == "VECTORED":
         left = full - mixer.coupling * size(asked[THROTTLE])
         left = (most(left, 0.0) if mixer.coupling > 1.0 else left).named("left")
@@ -211,7 +211,7 @@ def _fitted_inputs(builder: Builder, asked: list[Expression], full: float) -> li
     for part in (UPWARDS, LEVEL):
         load: Expression = reduce(add, [size(asked[axis]) for axis in part])
         with builder.where(load > full, unlikely=True) as merged:
-            cut = [within(asked[axis], -full, full) for axis in part]
+            cut = [clamp(asked[axis], -full, full) for axis in part]
             share = full / reduce(add, map(size, cut))
             for axis, value in zip(part, cut, strict=True):
                 fitted[axis] = merged(share * value, asked[axis])

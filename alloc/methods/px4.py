@@ -13,7 +13,7 @@ from alloc.errors import NotApplicable
 from alloc.formulations.px4 import FORMULATION as ANSWERED
 from alloc.kernels import rules
 from alloc.kernels.entry import TAU, SeenArguments, all_thrusters, clamp_thrusts, refuse
-from alloc.program import Builder, Expression, Program, Scalar, Where, least, most, select, size, within
+from alloc.program import Builder, Expression, Program, Scalar, Where, clamp, least, most, select, size
 from alloc.program.sums import product, shared_sums, signed
 from alloc.vehicle import Vehicle
 from alloc.vehicle.autopilot import PX4_FRAMES, SENSE, px4_coefficients
@@ -228,7 +228,7 @@ def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     refuse(builder, seen, [], exact=False)
     u, x = _outputs(builder, mixing, unit, ends), {}
     for i in vehicle.working.tolist():
-        cut = within(u[i], *ends[i])
+        cut = clamp(u[i], *ends[i])
         kept = select(size(cut) < STOPPED, 0.0, cut).named(f"u{i}")
         x[i] = rules.sided(kept, high[i], -low[i] if ends[i][0] else high[i]).named(f"x{i}")
     f = clamp_thrusts(builder, x, builder.limits)
@@ -282,7 +282,7 @@ def _moved(
 def _balanced(u: list[Expression], column: list[float], limits: Limits) -> Expression:
     """The balancing step in a program, along a column that some output gives way to."""
     beside = zip(u, column, limits, strict=True)
-    steps = [(within(value, *ends) - value) * (1.0 / c) for value, c, ends in beside if abs(c) >= WEAK]
+    steps = [(clamp(value, *ends) - value) * (1.0 / c) for value, c, ends in beside if abs(c) >= WEAK]
     found: Expression = least(*steps, 0.0) + most(*steps, 0.0)
     return found
 

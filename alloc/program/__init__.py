@@ -2,7 +2,7 @@
 
 from alloc.program.builder import Builder, Limits, States, states
 from alloc.program.evaluate import Evaluated, alike, answered, evaluate, values
-from alloc.program.graph import Expression, Graph, Number, least, most, select, size, within
+from alloc.program.graph import Expression, Graph, Number, clamp, least, most, select, size
 from alloc.program.nodes import (
     OWN,
     Branch,
@@ -48,6 +48,7 @@ __all__ = [
     "alike",
     "answered",
     "at_fault",
+    "clamp",
     "evaluate",
     "every",
     "least",
@@ -60,5 +61,4 @@ __all__ = [
     "size",
     "states",
     "values",
-    "within",
 ]  # fmt: skip

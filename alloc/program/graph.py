@@ -44,7 +44,7 @@ class Graph:
     def value(self, *operation: Any) -> "Expression":
         """The same as a value; of numbers that are known for each fault it is calculated now."""
         if operation[0] in FOLDED:
-            rows = [self.known(node) for node in operation[1:]]
+            rows = [self.fixed_values(node) for node in operation[1:]]
             if all(rows):
                 wide = max(map(len, rows))
                 columns = zip(*(row if len(row) > 1 else row * wide for row in rows), strict=True)
@@ -68,10 +68,10 @@ class Graph:
 
     def plain(self, number: "Number") -> "Number":
         """The number itself where it is one that is known, and the same for all faults."""
-        each = self.known(number.node) if isinstance(number, Expression) else ()
+        each = self.fixed_values(number.node) if isinstance(number, Expression) else ()
         return each[0] if len(each) == 1 else number
 
-    def known(self, node: Node) -> tuple[float, ...]:
+    def fixed_values(self, node: Node) -> tuple[float, ...]:
         """The number of each fault, or the one of all; empty where it is not known beforehand."""
         match self.nodes[node]:
             case ("const", value):
@@ -192,7 +192,7 @@ def most(*values: Number) -> Any:
     return _folded("max", values)
 
 
-def within(value: Number, low: Number, high: Number) -> Any:
+def clamp(value: Number, low: Number, high: Number) -> Any:
     """min(max(value, low), high): inside the limits, wherever they don't cross."""
     return least(most(value, low), high)
 

@@ -170,7 +170,7 @@ def _renumbered(program: Program, steps: tuple[Step, ...]) -> Program:
         order.setdefault(node, len(order))
     return replace(
         program,
-        nodes=tuple(moved(program.nodes[node], order) for node in order),
+        nodes=tuple(replace_operands(program.nodes[node], order) for node in order),
         exits=tuple((order[condition], status) for condition, status in program.exits),
         outputs={place: order[node] for place, node in program.outputs.items()},
         status=order[program.status],
@@ -179,7 +179,7 @@ def _renumbered(program: Program, steps: tuple[Step, ...]) -> Program:
     )
 
 
-def moved(operation: Operation, order: Mapping[Node, Node]) -> Operation:
+def replace_operands(operation: Operation, order: Mapping[Node, Node]) -> Operation:
     """An operation whose operands have moved."""
     match operation:
         case ("const" | "by_fault" | "input" | "finite" | "unknown", *_):
@@ -213,7 +213,7 @@ def at_fault(program: Program, fault: int) -> Program:
     row, graph = program.faults.index(fault), Graph(program.scalar)
     order: dict[Node, Node] = {}
     for node, operation in enumerate(program.nodes):
-        order[node] = _one(graph, moved(operation, order), row, fault)
+        order[node] = _one(graph, replace_operands(operation, order), row, fault)
     return replace(
         program,
         nodes=tuple(graph.nodes),

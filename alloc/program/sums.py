@@ -167,6 +167,6 @@ def dot(factors: list[float], values: list[Expression]) -> Terms:
     return [term(factor, value) for factor, value in zip(factors, values, strict=True) if factor]
 
 
-def known(number: Number) -> bool:
+def is_constant(number: Number) -> bool:
     """True if a number is a constant."""
     return not isinstance(number, Expression)

@@ -147,7 +147,7 @@ def _range_within(
             continue
         found = facets(vehicle, tuple(np.flatnonzero(free).tolist()))
         middle = (low[rows] + high[rows]) / 2 @ vehicle.TP.T / vehicle.wrench_scale @ found.half.T
-        reach = (high[rows] - low[rows]) / 2 @ found.reach_of.T
+        reach = (high[rows] - low[rows]) / 2 @ found.outreach.T
         support = np.hstack([middle + reach, reach - middle])
         support[np.abs(support) <= NOTHING] = 0.0
         least[rows], most[rows] = _range(

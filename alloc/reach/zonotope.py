@@ -147,12 +147,12 @@ class Facets:
     Attributes
     ----------
     half : (M, k) unit normals in scaled wrench, one of each opposite pair
-    reach_of : (M, n) by how much each thruster's half width moves a facet outwards [1/N]
+    outreach : (M, n) by how much each thruster's half width moves a facet outwards [1/N]
     tolerance : (M,) largest |c't| at which a unit direction t counts as parallel to the facet with normal c
     """
 
     half: FloatArray
-    reach_of: FloatArray
+    outreach: FloatArray
     tolerance: FloatArray
 
 
@@ -166,10 +166,10 @@ def facets(vehicle: Vehicle, choosing: tuple[int, ...]) -> Facets:
     r = independent(sigma, max(sigma.max(initial=0.0), NOTHING))
     normals = _normals(U[:, :r].T @ columns) @ U[:, :r].T
     across = U[:, r:].T
-    reach_of = np.zeros((len(normals) + len(across), vehicle.n))
-    reach_of[: len(normals), list(choosing)] = np.abs(normals @ columns)
+    outreach = np.zeros((len(normals) + len(across), vehicle.n))
+    outreach[: len(normals), list(choosing)] = np.abs(normals @ columns)
     tolerance = np.repeat([NOTHING, RANK_TOLERANCE], [len(normals), len(across)])
-    return Facets(half=np.vstack([normals, across]), reach_of=reach_of, tolerance=tolerance)
+    return Facets(half=np.vstack([normals, across]), outreach=outreach, tolerance=tolerance)
 
 
 def _normals(generators: FloatArray) -> FloatArray:

@@ -15,7 +15,7 @@ import numpy as np
 from alloc.allocation import FloatArray
 from alloc.errors import VehicleError, unknown
 from alloc.vehicle.geometry import DOF
-from alloc.vehicle.names import index_of
+from alloc.vehicle.names import thruster_index
 
 Factors = tuple[tuple[float, ...], ...]
 
@@ -177,8 +177,8 @@ def make_autopilot(
             f"autopilot: {frame} has {len(motors)} motors, the vehicle {n} thrusters", "autopilot"
         )
     try:
-        order = [index_of(one, names, n, "motors") for one in motors] or list(range(n))
-        turned = {index_of(one, names, n, "reversed") for one in reverse}
+        order = [thruster_index(one, names, n, "motors") for one in motors] or list(range(n))
+        turned = {thruster_index(one, names, n, "reversed") for one in reverse}
     except (VehicleError, LookupError) as error:
         raise VehicleError(f"autopilot: {error}", "autopilot") from None
     if sorted(order) != list(range(n)):

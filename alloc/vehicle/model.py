@@ -27,7 +27,7 @@ from alloc.vehicle.esc import Esc, Sent, esc_commands, esc_draw, esc_limits, esc
 from alloc.vehicle.frame import Frame, checked_frame, turned
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.limits import Interval, Slew, VoltageTable, of_a_moment
-from alloc.vehicle.names import Priority, check_names, checked_levels, checked_priority, index_of
+from alloc.vehicle.names import Priority, check_names, checked_levels, checked_priority, thruster_index
 from alloc.vehicle.weak import (
     ALL_WEAK,
     DRAWN,
@@ -164,7 +164,7 @@ class Vehicle:
 
     def index(self, thruster: int | str) -> int:
         """Index of a thruster given by index or by name; raises VehicleError where there is none such."""
-        return index_of(thruster, self.names, len(self.actuators), self.name)
+        return thruster_index(thruster, self.names, len(self.actuators), self.name)
 
     @cached_property
     def working(self) -> IndexArray:

@@ -14,7 +14,7 @@ _COLUMN = re.compile(rf"[fu](\d{{1,{LONGEST}}})", re.IGNORECASE)
 """Columns that go by number: ``f1``, ``f1_min``, ``u1``."""
 
 
-def index_of(thruster: int | str, names: Sequence[str], n: int, vehicle: str) -> int:
+def thruster_index(thruster: int | str, names: Sequence[str], n: int, vehicle: str) -> int:
     """Index of one of n thrusters, given by index or by name; raises VehicleError, with the ``vehicle``."""
     if not isinstance(thruster, str):
         try:
@@ -36,7 +36,7 @@ def index_of(thruster: int | str, names: Sequence[str], n: int, vehicle: str) ->
 def listed(asked: Sequence[int | str], names: Sequence[str], n: int, what: str, key: str) -> set[int]:
     """Indices of those of n thrusters that a file's ``what`` lists by index or name; raises VehicleError."""
     try:
-        return {index_of(one, names, n, what) for one in asked}
+        return {thruster_index(one, names, n, what) for one in asked}
     except VehicleError as error:
         raise VehicleError(str(error), key) from None
 

@@ -151,7 +151,7 @@ def command(
         echo(text, nl=False)
     else:
         write_text(output, text)
-    echo(log.said, err=True)  # at last, since a refusal is one line
+    echo(log.notes, err=True)  # at last, since a refusal is one line
     for line in filter(None, (log.doubt, doubt)):
         echo(f"warning: {line}", err=True)
 

@@ -58,7 +58,7 @@ def command(
     project = plan(asked, wanted, demands or CLASSES, scalar, limits, n, seed, faults)
     write(project, out)
     for demands_of in project.sets:
-        for line in demands_of.said:
+        for line in demands_of.notes:
             echo(line)
         if demands_of.left_out:
             echo(cut_note(demands_of.name, len(demands_of.taus), demands_of.left_out))

@@ -68,7 +68,7 @@ def command(
     echo(demands_text(summarise(demands, t), demands, energy_lines(demands, hold_times(t))))
     if output is not None:
         write_text(output, format_demands(t, taus, answering.dof, columns, frame=answering.frame))
-    echo(read.said, err=True)  # at last, since a refusal is one line
+    echo(read.notes, err=True)  # at last, since a refusal is one line
     if read.doubt:
         echo(f"warning: {read.doubt}", err=True)
 
@@ -103,7 +103,7 @@ def _outputs(
     if output is not None:
         columns, held = extra_columns(outputs.volts, vehicle)
         write_text(output, format_demands(outputs.t, made.taus, vehicle.dof, columns, frame=vehicle.frame))
-    echo(outputs.said, err=True)
+    echo(outputs.notes, err=True)
     if held:
         echo(f"{output}: {held}", err=True)
     in_shares = (

@@ -54,7 +54,7 @@ def command(ctx: click.Context, scheduler: str, out: Path, limit: float, options
         for line in objections(read_run(folder).rows) if run.code else ():
             tell(console, line, style="red")
     # Each host reads the same logs.
-    for line in dict.fromkeys(line for folder in kept for line in read(folder).said):
+    for line in dict.fromkeys(line for folder in kept for line in read(folder).notes):
         tell(console, line)
     if len(kept) > 1:
         together = render(*kept, out=out / "fleet")

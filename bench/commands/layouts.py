@@ -46,7 +46,7 @@ def command(
     check_constraints(space, document.keys, count)
     check_folder(out, space, document.keys, count, resume=resume)
     console = Console()
-    for line in space.said:
+    for line in space.notes:
         tell(console, line)
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     with cluster(scheduler, workers or cores or 1) as client:

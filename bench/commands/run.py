@@ -144,7 +144,7 @@ def command(
         except Interrupted:
             interrupted = True
     report = render(directory)
-    for line in read(directory).said:
+    for line in read(directory).notes:
         tell(console, line)
     good = show(directory, console)
     tell(console, f"Report: {report}")

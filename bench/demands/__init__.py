@@ -98,7 +98,7 @@ class DemandSet:
     beyond, beyond_longest : of all demands of a file, these included, how many can't be met, and how many of
         them follow one another at most
     crossed : of all demands of a file, how many have limits that cross; ``beyond`` is without them
-    said : how a file was understood, and what is doubtful about it, one line each
+    notes : how a file was understood, and what is doubtful about it, one line each
     given : whether they come from a file
     gaps : which of them follow a gap in time
     f_min, f_max : (N, n) limits of each demand [N]; None where all have the vehicle's
@@ -118,7 +118,7 @@ class DemandSet:
     beyond: int = 0
     beyond_longest: int = 0
     crossed: int = 0
-    said: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     given: bool = False
     gaps: tuple[int, ...] = ()
     f_min: FloatArray | None = None
@@ -291,7 +291,7 @@ def _from_file(path: Path, vehicle: Vehicle, n: int | None, options: "LogOptions
         beyond=int(unmet.sum()),
         beyond_longest=longest(unmet, gaps),
         crossed=int(crossed.sum()),
-        said=tuple(filter(None, (log.said, log.doubt, of_limits(demands.name, crossed)))),
+        notes=tuple(filter(None, (log.notes, log.doubt, of_limits(demands.name, crossed)))),
         given=True,
     )
 

@@ -328,7 +328,7 @@ class DemandsAsked(NamedTuple):
         return () if self.own else (self.low[:count], self.high[:count])
 
 
-def asked(vehicle: Vehicle, rng: np.random.Generator) -> list[DemandsAsked]:
+def drawn_demands(vehicle: Vehicle, rng: np.random.Generator) -> list[DemandsAsked]:
     """Demands within the vehicle's own limits, and within limits that jump."""
     factors = rng.choice(FACTORS, DEMANDS)
     taus = inside(vehicle, rng, DEMANDS) * factors[:, None]

@@ -23,7 +23,7 @@ from bench.harness import environment, machine
 from bench.harness.plan import SettingsError
 from bench.harness.process import cause
 from bench.record import FILE_NAME
-from bench.record.file import set_aside
+from bench.record.file import rename_older
 
 
 class Parcel(msgspec.Struct, frozen=True):
@@ -271,7 +271,7 @@ def keep(run: HostRun, folder: Path) -> bool:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if earlier := path.exists():
-            set_aside(path)
+            rename_older(path)
     except OSError as error:
         raise FileError(f"can't be written ({error.strerror}); give another --out", path=path) from None
     write_bytes(path, gzip.decompress(run.record), "give another --out")

@@ -255,7 +255,7 @@ def answered(block: LogBlock, n: int, scalar: np.dtype[Any], levels: int = 0) ->
 _FOREIGN = "{}: lines of another driver; take the project's own"
 
 
-def seen(block: LogBlock, kind: str) -> list[tuple[int, int]]:
+def tick_counts(block: LogBlock, kind: str) -> list[tuple[int, int]]:
     """Ticks and how often they were seen, of a block's lines of that kind, sorted."""
     times: Counter[int] = Counter()
     numbers = [whole(word.decode("ascii", "replace")) for word in b" ".join(block.texts(kind)).split()]

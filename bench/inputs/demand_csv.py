@@ -41,7 +41,7 @@ class Demanded(NamedTuple):
     ----------
     t : (N,) [s], never decreasing; None where the log has no times
     taus : (N, k) demands in the order of the vehicle's DOF [N, N m]
-    said : how the file was understood, in a line; empty for a table of demands and times as this program
+    notes : how the file was understood, in a line; empty for a table of demands and times as this program
         writes it
     columns : (N,) columns about limits by name (``bench.inputs.log_limits``), ``volts`` [V], ``f0_min`` [N]
     stated : the frame that the log states
@@ -54,7 +54,7 @@ class Demanded(NamedTuple):
 
     t: FloatArray | None
     taus: FloatArray
-    said: str = ""
+    notes: str = ""
     columns: Mapping[str, FloatArray] = {}
     stated: Stated = Stated()
     doubt: str = ""

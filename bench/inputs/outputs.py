@@ -60,7 +60,7 @@ class Outputs(NamedTuple):
     taus : (N, k) wrenches demanded at the same times, in the vehicle's frame once read [N, N m]; in shares of
         what the vehicle can do where ``shares`` says so; NaN on axes, or None, of which the log says nothing
     shares : whether ``taus`` are shares, 1 for what the vehicle can do both ways on an axis
-    said : how the log was understood, in a line
+    notes : how the log was understood, in a line
     stated : the frame that the log states of the demands
     doubt : what may be wrong, in a line; empty for nothing
     sensors : of the same log, where they were asked for
@@ -71,7 +71,7 @@ class Outputs(NamedTuple):
     volts: FloatArray | None = None
     taus: FloatArray | None = None
     shares: bool = False
-    said: str = ""
+    notes: str = ""
     stated: Stated = Stated()
     doubt: str = ""
     amps: FloatArray | None = None
@@ -116,13 +116,13 @@ def read_outputs(
     outputs = outputs._replace(u=np.where((outputs.u == 0) & silent, neutral, outputs.u), doubt=doubt)
     if outputs.taus is not None:
         taus, turning = turn_to_frame(path, outputs.taus, vehicle.dof, outputs.stated, frame, vehicle.frame)
-        outputs = outputs._replace(taus=taus, said=f"{outputs.said}; {turning}")
+        outputs = outputs._replace(taus=taus, notes=f"{outputs.notes}; {turning}")
     elif frame:
         raise DemandError(f"{path}: has no demands that could be in a frame; leave out --frame {frame}")
     if outputs.volts is not None:
         return _powered(outputs, outputs.volts)
     several = any(len(esc.volts) > 1 for esc in vehicle.esc)
-    return outputs._replace(said=outputs.said + UNPOWERED) if several else outputs
+    return outputs._replace(notes=outputs.notes + UNPOWERED) if several else outputs
 
 
 def _read_table(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None) -> Outputs:
@@ -138,7 +138,7 @@ def _read_table(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None)
         log.u,
         log.columns.get(VOLTS),
         log.taus if log.axes else None,
-        said=log.said,
+        notes=log.notes,
         shares=log.shares,
         stated=log.stated,
         doubt=log.doubt,
@@ -175,12 +175,12 @@ def _powered(outputs: Outputs, volts: FloatArray) -> Outputs:
     if len(measured) == len(volts):
         return outputs
     if not measured.size:
-        return outputs._replace(volts=None, said=outputs.said + UNPOWERED)
+        return outputs._replace(volts=None, notes=outputs.notes + UNPOWERED)
     lacking = f"{len(volts) - len(measured)} of {len(volts)} rows"
     rows = np.arange(len(volts), dtype=np.float64)
     return outputs._replace(
         volts=hold_last(measured.astype(np.float64), volts[measured], rows),
-        said=f"{outputs.said}; no voltage in {lacking}, the one before is held",
+        notes=f"{outputs.notes}; no voltage in {lacking}, the one before is held",
     )
 
 

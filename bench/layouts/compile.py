@@ -152,7 +152,7 @@ def compile_study(document: StudyDocument) -> tuple[LayoutSpace, Vehicle]:
         volume=float(volumes(whole, spaces(whole)[1]).whole[0]),
         frame=vehicle.frame,
         left_out=base.left_out,
-        said=_demand_lines(demands),
+        notes=_demand_lines(demands),
         rate_hz=demands.rate_hz,
     )
     return space, vehicle
@@ -198,7 +198,7 @@ def _log_options(document: StudyDocument) -> LogOptions:
 
 def _demand_lines(demands: DemandSet) -> tuple[str, ...]:
     """Remarks on a log; layouts have no limits of single demands, since those are the base's."""
-    lines = [_as_keys(line) for line in demands.said]
+    lines = [_as_keys(line) for line in demands.notes]
     if demands.f_min is not None or (demands.given and demands.vehicle.by_volts is not None):
         lines.append(
             f"{demands.name}: limits by voltage or of single demands are left out:"

@@ -151,7 +151,7 @@ def render_study(space: LayoutSpace, base: Columns, folder: Path) -> Path:
     said = summarise(space, folder / SHARDS, base)
     if said.front is None:
         raise LayoutError(
-            f"{folder}: none of {said.asked:,} layouts is left ({_refused(said)}); loosen the study"
+            f"{folder}: none of {said.draws:,} layouts is left ({_refused(said)}); loosen the study"
         )
     best = spread(_ahead(said.front, base), BEST)
     write_best(space, best, folder / "best")
@@ -196,11 +196,11 @@ def page(space: LayoutSpace, base: Columns, said: StudySummary, moved: FloatArra
         for name, shares in zip(named, said.explained().T, strict=True)
     ]
     name = plain(space.name)
-    log = "".join(f"- {plain(line)}\n" for line in space.said)
+    log = "".join(f"- {plain(line)}\n" for line in space.notes)
     understood = f"\nHow the log of the demands was understood:\n\n{log}" if log else ""
     return f"""# Layouts of {name}
 
-{said.asked:,} layouts were drawn; {said.measured:,} keep to the constraints and push every axis{refused}.
+{said.draws:,} layouts were drawn; {said.measured:,} keep to the constraints and push every axis{refused}.
 Authority is the volume of what can be pushed, over {name}'s. A failure takes the worst thruster.
 In any direction, a moment counts as a force at an arm of {space.reference_length:.4g} m (reference_length).
 Positions, directions and demands are in the frame {described(space.frame)}.

@@ -188,7 +188,7 @@ def pareto_front(shards: Path) -> "pa.Table":
 
 def identity(space: LayoutSpace, keys: StudyFile, n: int) -> str:
     """All that decides the bytes of a study's shards, as JSON."""
-    study, base = msgspec.to_builtins(keys), _plain(replace(space, said=()))
+    study, base = msgspec.to_builtins(keys), _plain(replace(space, notes=()))
     numbers = {"n": n, "study": study, "base": base}
     return msgspec.json.format(msgspec.json.encode(numbers, order="sorted")).decode() + "\n"
 

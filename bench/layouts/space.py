@@ -104,7 +104,7 @@ class LayoutSpace:
     volume : of the base's attainable set [N^k, in the unit of T's moment arms]
     frame : frd or flu, of the base and so of every layout and demand
     left_out : keys of the base's file that layouts do not have
-    said : how the log of the demands was understood, and what is doubtful about it, one line each
+    notes : how the log of the demands was understood, and what is doubtful about it, one line each
     rate_hz : of the demands, None where they are no sequence in time
     """
 
@@ -119,7 +119,7 @@ class LayoutSpace:
     volume: float
     frame: Frame = "frd"
     left_out: tuple[str, ...] = ()
-    said: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     rate_hz: float | None = None
 
     @property

@@ -101,7 +101,7 @@ class StudySummary:
 
     Attributes
     ----------
-    asked : layouts drawn
+    draws : layouts drawn
     measured : of them that keep to the constraints and have full rank
     refused : the others, by what refused them first
     even : layouts of the study's own round, spread evenly; those of refinement crowd around the best
@@ -115,7 +115,7 @@ class StudySummary:
     bins : outcome, parameter, part of its span: count, sum and sum of squares of the outcome
     """
 
-    asked: int = 0
+    draws: int = 0
     measured: int = 0
     refused: dict[str, int] = field(default_factory=dict)
     even: int = 0
@@ -200,8 +200,8 @@ def summarise(space: LayoutSpace, shards: Path, base: Columns) -> StudySummary:
     said = StudySummary(bins=np.zeros((len(OUTCOMES), len(space.parameters), BINS, 3)))
     paths = [path for _, path in sorted(whole_shards(shards).items())]
     facts = [shard_facts(path) for path in paths]
-    said.asked = sum(fact.asked for fact in facts)
-    stride = max(said.asked // DRAWN, 1)
+    said.draws = sum(fact.asked for fact in facts)
+    stride = max(said.draws // DRAWN, 1)
     own = _losses_of(base)
     for path, fact in zip(paths, facts, strict=True):
         for reason, count in fact.refused.items():

@@ -61,7 +61,7 @@ class Record:
     events: list[Event] = field(default_factory=list)
 
     @property
-    def said(self) -> list[str]:
+    def notes(self) -> list[str]:
         """Notes on how the logs of demands were read, and what may be wrong with them, each line once."""
         return list(dict.fromkeys(line for problem in self.problems for line in problem.said))
 
@@ -139,7 +139,7 @@ SYNC_EVERY_S = 2.0
 """A power cut loses the lines of at most this time; syncing each line would disturb the measurement [s]."""
 
 
-def set_aside(record: Path) -> None:
+def rename_older(record: Path) -> None:
     """Give a folder's record the name that an older one has, see PREVIOUS; nothing that is there is lost."""
     last = record.with_name(PREVIOUS)
     if last.exists():
@@ -170,7 +170,7 @@ class Writer:
     def create(self, header: Header) -> None:
         """Start a new record; older ones are kept, see PREVIOUS."""
         if self._has_lines():
-            set_aside(self.path)
+            rename_older(self.path)
         self._open(os.O_TRUNC)
         self.append(header)
 

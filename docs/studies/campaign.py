@@ -23,7 +23,7 @@ from alloc import Allocation, NotApplicable, Status, Vehicle, build, catalogue, 
 from alloc.allocation import WRENCH_TOLERANCE, FloatArray
 from alloc.discovery import Entry
 from alloc.formulations import Family, find_formulation
-from bench.demands.generated import DEMANDS, DemandsAsked, asked, generate_vehicle, numbered
+from bench.demands.generated import DEMANDS, DemandsAsked, drawn_demands, generate_vehicle, numbered
 
 LOT = 50
 """Vehicles of one line; generated C, which has to be compiled, is asked on the first of each lot."""
@@ -109,7 +109,7 @@ def lot(numbers: range, entries: list[Entry], near: bool = False, most: int = DE
     solvers.disbelieved.clear()
     for number in numbers:
         vehicle, rng = (numbered if near else generate_vehicle)(number)
-        sets = asked(vehicle, rng)
+        sets = drawn_demands(vehicle, rng)
         for entry in entries:
             if not (count := min(demands_of(entry, number), most)):
                 continue

@@ -15,7 +15,7 @@ from zipfile import ZipFile
 import numpy as np
 
 from alloc import build, list_vehicles, load_vehicle
-from bench.demands.generated import asked, generate_vehicle
+from bench.demands.generated import drawn_demands, generate_vehicle
 from bench.results.text import table, three
 from campaign import QUICK, judged
 from rivals import Outcomes, outcomes
@@ -71,7 +71,7 @@ def main(folder: Path) -> None:
     found = {name: Counter[str]() for name in libraries}
     for number in range(VEHICLES):
         vehicle, rng = generate_vehicle(number)
-        sets = asked(vehicle, rng)
+        sets = drawn_demands(vehicle, rng)
         for name, library in libraries.items():
             found[name].update(judged(vehicle, str(library), sets, QUICK))
     faults = sorted({fault for own in found.values() for fault in own})

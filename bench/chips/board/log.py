@@ -23,7 +23,7 @@ from bench.chips.kernels import SCALARS, Kernel
 from bench.chips.processors import names
 from bench.demands import DemandSet, labelled
 from bench.demands.store import unpack_vehicle
-from bench.inputs.board_log import BoardLog, LogBlock, LogError, answered, seen, whole
+from bench.inputs.board_log import BoardLog, LogBlock, LogError, answered, tick_counts, whole
 from bench.record.schema import unusable
 
 _LARGEST = 1 << 22
@@ -297,7 +297,7 @@ def _asked(block: LogBlock, n: int, levels: int, scalar: np.dtype[Any], count: i
     F, status, ticks, stack, shares = answered(block, n, scalar, levels)
     (worst,) = block.rows("worst")
     demand, worst_ticks, other = map(whole, worst)
-    ones, passes = seen(block, "one"), seen(block, "all")
+    ones, passes = tick_counts(block, "one"), tick_counts(block, "all")
     told, repeated = whole(block.words[2]), whole(block.words[3])
     complete = len(F) == told == count and sum(times for _, times in ones) == repeated * told
     if not complete or sum(times for _, times in passes) != repeated or not 0 <= demand < told:

@@ -77,9 +77,9 @@ def read_log(
     else:
         log = _from_module(path, dof, topic, options)
     taus, turning = turn_to_frame(path, log.taus, dof, log.stated, options.frame, frame)
-    said = f"{log.said}; {turning}" if log.said else f"{path.name}: {turning}"
+    said = f"{log.notes}; {turning}" if log.notes else f"{path.name}: {turning}"
     return log._replace(
-        taus=taus * scale_factors(options.scale, dof), said=said, shares=log.shares and not options.scale
+        taus=taus * scale_factors(options.scale, dof), notes=said, shares=log.shares and not options.scale
     )
 
 
@@ -113,7 +113,7 @@ def _from_module(path: Path, dof: tuple[str, ...], topic: str, options: LogOptio
         )
     parts = [f"left out: {', '.join(others)}, which the vehicle does not have"] if others else []
     parts += [] if there.all() else [f"{np.count_nonzero(~there)} rows without a demand"]
-    parts += [log.said] if log.said else []
+    parts += [log.notes] if log.notes else []
     said = f"{path.name}: {'; '.join(parts)}" if parts else ""
     return Demanded(t, taus, said, stated=log.stated, shares=log.shares)
 
@@ -130,7 +130,7 @@ def log_for(vehicle: Vehicle, path: Path, options: LogOptions | None = None) -> 
         doubts.append(f"{path.name}: setpoints are shares of 1, taken for N and N m; --scale says what 1 is")
     if vehicle.by_volts is not None and VOLTS not in log.columns and log.others:
         said = "limits follow no voltage without a column 'volts', or --columns 'volts=NAME [V]'"
-        log = log._replace(said=f"{log.said}; {said}")
+        log = log._replace(notes=f"{log.notes}; {said}")
     columns = log.columns
     if vehicle.by_volts is None and VOLTS in columns and VOLTS not in options.columns:
         doubts.append(

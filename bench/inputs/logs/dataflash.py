@@ -55,7 +55,7 @@ def read_outputs(path: Path, vehicle: Vehicle, _: str = "", sensed: bool = False
         rows, damaged = _rows(path, *PULSES, "BAT", "RATE", "ATT", "PARM", *(LOGGED if sensed else ()))
         outputs = _outputs(path, vehicle, rows)
         outputs = outputs._replace(sensors=_sensors(path, rows)) if sensed else outputs
-        return outputs._replace(said=f"{outputs.said}; {DAMAGED}") if damaged else outputs
+        return outputs._replace(notes=f"{outputs.notes}; {DAMAGED}") if damaged else outputs
 
 
 def _sensors(path: Path, rows: dict[str, list[dict[str, Any]]]) -> Sensors:
@@ -173,7 +173,7 @@ def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]
         volts,
         taus,
         shares=True,
-        said=said,
+        notes=said,
         stated=Stated("frd", "as ArduPilot has it"),
         doubt="; ".join(filter(None, (mirror_doubt(path, vehicle, ways, "MOT_n_DIRECTION"), of_volts))),
         amps=amps,

@@ -82,7 +82,7 @@ def read(path: Path, topic: str) -> Demanded:
     """
     with parsing(path, "ULog", "pyulog"):
         sets, _, remark = read_ulog(path, THRUST, TORQUE)
-        return _chosen(path, sets, topic)._replace(said=remark)
+        return _chosen(path, sets, topic)._replace(notes=remark)
 
 
 def _chosen(path: Path, sets: dict[str, Instances], topic: str) -> Demanded:
@@ -206,7 +206,7 @@ def _outputs(
         volts,
         taus,
         shares=True,
-        said="; ".join(filter(None, (said + lost, odd))),
+        notes="; ".join(filter(None, (said + lost, odd))),
         stated=PX4,
         doubt="; ".join(filter(None, doubts)),
         amps=amps,

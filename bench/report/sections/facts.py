@@ -29,7 +29,7 @@ def frames(run: Run, drawn: frozenset[str]) -> str:
 
 def logs(run: Run, drawn: frozenset[str]) -> str:
     """A line for each remark on how the logs were read; empty without logs."""
-    lines = [f"- {plain(line)}\n" for line in run.record.said]
+    lines = [f"- {plain(line)}\n" for line in run.record.notes]
     return "\n".join(["How the logs were understood:\n", "".join(lines)]) if lines else ""
 
 

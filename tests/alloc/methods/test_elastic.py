@@ -6,7 +6,7 @@ from scipy.optimize import linprog
 
 from alloc import Status, Vehicle, build, list_vehicles, load_vehicle, solvers
 from alloc.allocation import FloatArray
-from bench.demands.generated import asked, generate_vehicle
+from bench.demands.generated import drawn_demands, generate_vehicle
 
 METHOD = "qp-elastic/elastiqp"
 pytestmark = pytest.mark.skipif(bool(solvers.missing("elastiqp")), reason=solvers.missing("elastiqp") or "-")
@@ -70,7 +70,7 @@ def test_limits_of_the_call_are_those_that_it_keeps() -> None:
 def test_what_can_be_met_is_met_after_other_calls_too(number: int) -> None:
     """From the last answer ElastiQP ends in "Numerics" here, and T* tau at the limits would be PARTIAL."""
     vehicle, rng = generate_vehicle(number)
-    _, others = asked(vehicle, rng)
+    _, others = drawn_demands(vehicle, rng)
     allocate, calls = build(METHOD, vehicle), (others.taus[:4], *others.limits(4))
     _, first = allocate.many(*calls)
     _, again = allocate.many(*calls)

@@ -23,12 +23,12 @@ def test_what_is_known_of_each_fault_is_calculated_beforehand() -> None:
     graph = builder.graph
     a, b = graph.by_fault([1.0, -2.0]), graph.by_fault([3.0, 4.0])
     before = len(graph.nodes)
-    assert graph.known((2.0 * a + b).node) == (5.0, 0.0)
-    assert graph.known(least(size(a), b).node) == (1.0, 2.0)
-    assert graph.known(most(-a, 0.0).node) == (0.0, 2.0)
+    assert graph.fixed_values((2.0 * a + b).node) == (5.0, 0.0)
+    assert graph.fixed_values(least(size(a), b).node) == (1.0, 2.0)
+    assert graph.fixed_values(most(-a, 0.0).node) == (0.0, 2.0)
     assert graph.by_fault([7.0, 7.0]) == graph.constant(7.0)
     assert not [each for each in graph.nodes[before:] if each[0] not in ("const", "by_fault")]
-    assert not graph.known((a * builder.tau[0]).node)
+    assert not graph.fixed_values((a * builder.tau[0]).node)
 
 
 def test_what_is_asked_here_are_vehicles_that_lose_a_direction_by_no_by_one_and_by_many_thrusters() -> None:

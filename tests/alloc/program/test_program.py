@@ -5,7 +5,7 @@ import pytest
 
 from alloc import NotApplicable, Status, build, load_vehicle
 from alloc.methods import recipe, recipes
-from alloc.program import Branch, Builder, evaluate, least, most, operands, within
+from alloc.program import Branch, Builder, clamp, evaluate, least, most, operands
 from alloc.program.sums import product, shared_sums, signed
 from bench.demands import build_demands
 
@@ -26,7 +26,7 @@ def test_a_number_times_one_is_itself_and_known_numbers_are_python_s() -> None:
     a = builder.tau[0]
     assert 1.0 * a == a
     assert least(3.0, 2.0) == 2.0
-    assert within(7.0, 1.0, 5.0) == 5.0
+    assert clamp(7.0, 1.0, 5.0) == 5.0
 
 
 def test_constants_of_a_float_program_are_rounded_to_float() -> None:

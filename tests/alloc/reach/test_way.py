@@ -14,7 +14,7 @@ from alloc.nullspace.structure import decompose
 from alloc.reach.edge import start
 from alloc.reach.way import KEEP, Way, groups, step_maps
 from alloc.vehicle.geometry import DOF
-from bench.demands.generated import asked, generate_vehicle, growth_vehicle
+from bench.demands.generated import drawn_demands, generate_vehicle, growth_vehicle
 from saturation import limits, share_by_program, vehicles
 
 LP = 1e-8
@@ -215,7 +215,7 @@ def test_nor_is_it_in_generated_c(method: str, rng: np.random.Generator) -> None
 def test_one_call_and_many_agree_about_a_way_in_a_facet() -> None:
     """Vehicle 7947 of the campaign, one of whose thrusters is stuck: the second way is 1e-4 of the set."""
     vehicle, rng = generate_vehicle(7947)
-    taus, low, high = asked(vehicle, rng)[1][:3]
+    taus, low, high = drawn_demands(vehicle, rng)[1][:3]
     for method in ("scaled", "priority", "scaled-by-group"):
         allocate = build(method, vehicle)
         each = [allocate(*call).status for call in zip(taus, low, high, strict=True)]

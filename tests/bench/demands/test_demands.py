@@ -183,4 +183,4 @@ def test_limits_of_a_log_that_cross_are_counted_apart_from_what_can_not_be_met_a
     dive = build_demands(path, load_vehicle("bluerov2-heavy"), seed=1, n=3)
     assert (dive.crossed, dive.beyond, dive.left_out) == (2, 1, 2)
     assert dive.crossing.tolist() == [False, False, True]
-    assert "limits cross in 2 of 5 demands, first in demand 2 " in dive.said[-1]
+    assert "limits cross in 2 of 5 demands, first in demand 2 " in dive.notes[-1]

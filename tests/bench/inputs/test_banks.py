@@ -58,8 +58,8 @@ def test_motors_on_two_banks_are_read_from_both_whichever_instance_is_which(
     file = write_banks(tmp_path, T, {main: bank(8, FIRST, 900), aux: bank(8, LAST, 0)}, told)
     outputs = read_outputs(file, VEHICLE)
     np.testing.assert_array_equal(outputs.u, U)
-    assert "outputs PWM_MAIN 1, PWM_MAIN 2, PWM_MAIN 3, PWM_MAIN 4, PWM_AUX 1, " in outputs.said
-    assert f"instances of actuator_outputs: PWM_MAIN={main},PWM_AUX={aux}" in outputs.said
+    assert "outputs PWM_MAIN 1, PWM_MAIN 2, PWM_MAIN 3, PWM_MAIN 4, PWM_AUX 1, " in outputs.notes
+    assert f"instances of actuator_outputs: PWM_MAIN={main},PWM_AUX={aux}" in outputs.notes
 
 
 @pytest.mark.parametrize(("main", "aux"), [(0, 1), (1, 0)])
@@ -176,7 +176,7 @@ def test_rows_that_one_bank_does_not_have_are_left_out(tmp_path: Path) -> None:
     kept = slice(5, 16)  # the last row is a step from the bank's last
     np.testing.assert_array_equal(outputs.u[:, :4], U[kept, :4])
     np.testing.assert_array_equal(outputs.u[:10, 4:], U[5:15, 4:])
-    assert "; 9 rows left out, as another bank was not logged then" in outputs.said
+    assert "; 9 rows left out, as another bank was not logged then" in outputs.notes
 
 
 @pytest.mark.parametrize(
@@ -199,7 +199,7 @@ def test_motors_13_to_32_have_functions_of_their_own(tmp_path: Path) -> None:
     with pytest.raises(AllocError, match="names motor 7, 8; is the log of this vehicle"):
         read_outputs(file, VEHICLE)
     six = read_outputs(file, load_vehicle("bluerov2"))
-    assert "bluerov2 has none for motor 13, 32" in six.said
+    assert "bluerov2 has none for motor 13, 32" in six.notes
 
 
 def test_a_second_battery_of_another_voltage_is_doubted(tmp_path: Path) -> None:

@@ -45,7 +45,7 @@ def test_every_known_spelling_of_a_wrench_is_read_in_its_frame(file: Path, wrenc
     assert asked.shares == (wrench.source in ("PX4", "ArduPilot"))
     if asked.shares:
         turned = read_log(file, dof, frame="flu")
-        assert f"frame frd (as {wrench.source} has it), turned" in turned.said
+        assert f"frame frd (as {wrench.source} has it), turned" in turned.notes
 
 
 def test_units_on_a_line_of_their_own_count_and_are_said(file: Path) -> None:
@@ -54,8 +54,8 @@ def test_units_on_a_line_of_their_own_count_and_are_said(file: Path) -> None:
     asked = read_demands(file, DOF)
     np.testing.assert_allclose(asked.taus[0], [1000, 2, 3000])
     says = "surge from 'surge' [kN]; sway from 'sway' [N]; yaw from 'yaw' [kNm]; t from 'time' [ms]"
-    assert asked.said == f"demands.csv: {says}"
-    assert f"{says}; " in build_demands(file, UKWIAL, 1).said[0]
+    assert asked.notes == f"demands.csv: {says}"
+    assert f"{says}; " in build_demands(file, UKWIAL, 1).notes[0]
     assert read_demands(file, DOF, parse_columns("surge=surge [N]")).taus[0, 0] == 1
 
 
@@ -87,7 +87,7 @@ def test_times_are_seconds_whatever_their_unit(
     assert asked.t is not None
     np.testing.assert_allclose(np.diff(asked.t), seconds, rtol=1e-4)
     unit = {"millis": "ms", "TimeUS": "us"}.get(header, "")
-    assert not unit or f"t from '{header}' [{unit}]" in asked.said
+    assert not unit or f"t from '{header}' [{unit}]" in asked.notes
 
 
 @pytest.mark.parametrize("name", [name for name, unit in TIMES.items() if not unit])
@@ -317,7 +317,7 @@ def test_forces_without_newtons_and_columns_that_are_not_there_are_told_at_once(
 def test_columns_that_are_left_out_are_named_and_times_asked_for(file: Path) -> None:
     asked = read_demands(written(file, ",surge,sway,yaw,yaw_rate,Zeit\n0,1,2,3,4,5\n"), DOF)
     left_out = "left out: one without a name, yaw_rate, Zeit; no times without --columns 't=NAME [s]'"
-    assert (asked.t, asked.said) == (None, f"demands.csv: surge, sway, yaw by name; {left_out}")
+    assert (asked.t, asked.notes) == (None, f"demands.csv: surge, sway, yaw by name; {left_out}")
 
 
 @pytest.mark.parametrize("header", ["t,X,Y,yaw", "t,X,Y,yaw_cmd"])
@@ -335,7 +335,7 @@ def test_a_moment_that_may_be_an_attitude_is_refused_beside_forces_that_the_user
     "name", ["yaw_rate", "z_ref", "force_z", "tau_z", "made_yaw", "desired torque.z", "yaw_target [deg]", "N"]
 )
 def test_a_column_whose_name_is_not_known_is_left_out_with_a_word(file: Path, name: str) -> None:
-    said = read_demands(written(file, f"surge,sway,yaw,{name}\n1,2,3,4\n"), DOF).said
+    said = read_demands(written(file, f"surge,sway,yaw,{name}\n1,2,3,4\n"), DOF).notes
     assert f"left out: {name}" in said
 
 

@@ -140,7 +140,7 @@ def test_what_was_understood_is_said_in_one_line(file: Path) -> None:
         "demands.csv: surge from 'Fx' [N]; sway from 'Fy' [N]; yaw from 'Mz' [Nm]; t from 'timestamp [ms]';"
         " left out: mode"
     )
-    assert read_demands(written(file, "t,surge,sway,yaw\n0,1,2,3\n"), DOF).said == ""
+    assert read_demands(written(file, "t,surge,sway,yaw\n0,1,2,3\n"), DOF).notes == ""
 
 
 def test_rows_that_repeat_the_row_before_or_its_time_are_doubted(file: Path) -> None:
@@ -269,7 +269,7 @@ def test_a_row_without_any_demand_is_left_out_and_counted(tmp_path: Path, empty:
     )
     log = read_demands(file, ("surge", "sway", "yaw"))
     assert log.taus.tolist() == [[2, 3, 4], [3, 4, 5]]
-    assert "1 rows without a demand" in log.said
+    assert "1 rows without a demand" in log.notes
     file.write_text(f"t,depth,surge,sway,yaw\n0,1,2,{empty},4\n")
     with pytest.raises(FileError, match="line 2: sway"):
         read_demands(file, ("surge", "sway", "yaw"))

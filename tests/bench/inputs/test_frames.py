@@ -127,7 +127,7 @@ def test_the_frame_of_a_log_stands_in_one_line_also_where_nothing_was_turned(tmp
         ("frd", "flu", "frame frd (--frame), turned into the vehicle's flu: x ahead, y to port, z up"),
     ):
         log = read_log(file, PLANAR, LogOptions(frame=told), frame=frame)
-        assert log.said.startswith(f"log.csv: {says}")
+        assert log.notes.startswith(f"log.csv: {says}")
         np.testing.assert_array_equal(log.taus, [[1, 2, 3]] if "nothing" in says else [[1, -2, -3]])
 
 
@@ -163,7 +163,7 @@ def test_a_frame_that_is_none_or_two_is_refused_until_the_user_says_one(
     file = written(tmp_path / "log.csv", f"{comments}surge,sway,yaw\n1,2,3\n")
     with pytest.raises(DemandError, match=rf"log\.csv: its comment states frame {named}, expected frd"):
         read_log(file, PLANAR)
-    assert "frame flu (--frame)" in read_log(file, PLANAR, LogOptions(frame="flu")).said
+    assert "frame flu (--frame)" in read_log(file, PLANAR, LogOptions(frame="flu")).notes
 
 
 @pytest.mark.parametrize(
@@ -204,7 +204,7 @@ def test_a_comment_about_axes_in_another_form_is_refused_with_the_form_to_write(
 )
 def test_a_comment_about_other_things_says_no_frame(comment: str, tmp_path: Path) -> None:
     file = written(tmp_path / "log.csv", f"{comment}\nsurge,sway,yaw\n1,2,3\n")
-    assert "the file names none" in read_log(file, PLANAR).said
+    assert "the file names none" in read_log(file, PLANAR).notes
 
 
 def test_names_of_columns_that_are_about_axes_are_refused_until_a_frame_is_said(tmp_path: Path) -> None:
@@ -253,7 +253,7 @@ def test_what_allocate_says_was_made_is_in_the_frame_that_was_asked_for_and_name
     made = {axis: f"made_{axis} [{unit(axis)}]" for axis in DOF}
     back = read_log(out, DOF, LogOptions(columns=made), frame=asked or own)
     np.testing.assert_allclose(back.taus, TAU / 2, atol=0.5)  # a step of the ESCs is 0.1 N
-    assert (back.stated.frame, "nothing turned" in back.said) == (asked or own, True)
+    assert (back.stated.frame, "nothing turned" in back.notes) == (asked or own, True)
 
 
 def test_bags_and_ulogs_say_why_their_frame_is_taken(tmp_path: Path) -> None:
@@ -261,10 +261,10 @@ def test_bags_and_ulogs_say_why_their_frame_is_taken(tmp_path: Path) -> None:
     for folder in "abcd":
         (tmp_path / folder).mkdir()
     said = [
-        read_log(write_bag1(tmp_path / "a", t, TAU), DOF).said,
-        read_log(write_bag2(tmp_path / "b", t, TAU, frame="base_link_ned"), DOF).said,
-        read_log(write_ulog(tmp_path / "c", t, TAU), DOF).said,
-        read_log(write_bag2(tmp_path / "d", t, TAU, frame="base_link"), DOF).said,
+        read_log(write_bag1(tmp_path / "a", t, TAU), DOF).notes,
+        read_log(write_bag2(tmp_path / "b", t, TAU, frame="base_link_ned"), DOF).notes,
+        read_log(write_ulog(tmp_path / "c", t, TAU), DOF).notes,
+        read_log(write_bag2(tmp_path / "d", t, TAU, frame="base_link"), DOF).notes,
     ]
     for line, why in zip(
         said,
@@ -302,7 +302,7 @@ def test_columns_named_as_in_ros_need_a_frame_on_a_vehicle_with_z_down(
         with pytest.raises(DemandError, match=r"is named as in ROS, where z is up, .* give --frame flu"):
             read_log(file, PLANAR, LogOptions(columns=given), frame=frame)
     else:
-        assert "nothing turned" in read_log(file, PLANAR, LogOptions(columns=given), frame=frame).said
+        assert "nothing turned" in read_log(file, PLANAR, LogOptions(columns=given), frame=frame).notes
     for told in ("frd", "flu"):
         log = read_log(file, PLANAR, LogOptions(frame=told, columns=given), frame=frame)
         assert log.taus.tolist() == [[1, 2, 3] if told == frame else [1, -2, -3]]
@@ -323,7 +323,7 @@ def test_the_demands_to_start_from_name_their_frame(frame: str, box: dict[str, P
     file, vehicle = tmp_path / "demands.csv", load_vehicle(box[frame])
     file.write_text(first_demands(vehicle))
     log = log_for(vehicle, file, LogOptions())
-    assert (log.stated.frame, "nothing turned" in log.said) == (frame, True)
+    assert (log.stated.frame, "nothing turned" in log.notes) == (frame, True)
 
 
 @pytest.mark.parametrize("form", ["csv", "ros"])
@@ -384,8 +384,8 @@ def test_a_column_with_frame_ids_says_the_frame(
     log = read_log(echoed(tmp_path / "log.csv", name, name, mark=mark), DOF, frame=vehicle)
     expected = TAU[:2] if frame == vehicle else turned(TAU[:2].T, DOF).T
     np.testing.assert_array_equal(log.taus, expected)
-    assert "names none" not in log.said
-    assert "frame_id, " not in log.said
+    assert "names none" not in log.notes
+    assert "frame_id, " not in log.notes
     assert log.doubt == ""
 
 
@@ -393,11 +393,11 @@ def test_frame_ids_that_do_not_turn_or_contradict_each_other_are_refused(tmp_pat
     file = tmp_path / "log.csv"
     with pytest.raises(DemandError, match="its frame_id 'map' does not turn with the vehicle, expected"):
         read_log(echoed(file, "map", "map"), DOF, frame="flu")
-    assert "--frame" in read_log(file, DOF, LogOptions(frame="flu"), frame="flu").said
+    assert "--frame" in read_log(file, DOF, LogOptions(frame="flu"), frame="flu").notes
     with pytest.raises(DemandError, match="states frame 'base_link_ned' and 'base_link', expected"):
         read_log(echoed(file, "base_link", "base_link_ned"), DOF)
     told = read_log(echoed(file, "base_link_ned", comment="# frame: frd"), DOF, frame="flu")
-    assert "its comment" in told.said
+    assert "its comment" in told.notes
 
 
 @pytest.mark.parametrize(
@@ -445,4 +445,4 @@ def test_a_column_that_states_a_frame_is_read_or_refused(
         assert log_for(load_vehicle("ukwial"), file, LogOptions(frame="flu")).taus[0, 2] == -3
         return
     log = log_for(load_vehicle("ukwial"), file)
-    assert (log.taus[0, 2], said in log.said) == (yaw, True)
+    assert (log.taus[0, 2], said in log.notes) == (yaw, True)

@@ -155,7 +155,7 @@ def test_a_bound_of_something_else_is_left_out_with_a_word(tmp_path: Path, colum
         written(tmp_path, f"{AXES},{column}", "1,0,0,0,0,0,5"), HEAVY.dof, thrusters=("bow port",)
     )
     assert log.columns == {}
-    assert f"left out: {column[:30]}" in log.said
+    assert f"left out: {column[:30]}" in log.notes
 
 
 @pytest.mark.parametrize("column", ["F0_MAX", "f0_max [ N ]", "f0_max_N", "f0_max(N)"])
@@ -220,7 +220,7 @@ def test_a_voltage_under_another_name_is_asked_for_and_taken_where_it_is_named(
     path = written(tmp_path, f"{AXES},{column}", "9,0,0,0,0,0,14")
     says = "limits follow no voltage without a column 'volts', or --columns 'volts=NAME [V]'"
     is_ours = column.startswith("volts")
-    assert (says in log_for(HEAVY, path).said) != is_ours
+    assert (says in log_for(HEAVY, path).notes) != is_ours
     stated = column if "V" in column else f"{column} [V]"
     named = log_for(HEAVY, path, LogOptions(columns=parse_columns(f"volts={stated}")))
     assert named.columns["volts"].tolist() == [0.014 if "mV" in column else 14.0]
@@ -228,7 +228,7 @@ def test_a_voltage_under_another_name_is_asked_for_and_taken_where_it_is_named(
         options = LogOptions(columns={"volts": column})
         assert "has no unit, expected one of V, mV" in refused(lambda: log_for(HEAVY, path, options), path)
     planar = load_vehicle("ukwial")  # its limits follow no voltage
-    assert says not in log_for(planar, written(tmp_path, f"surge,sway,yaw,{column}", "9,0,0,14")).said
+    assert says not in log_for(planar, written(tmp_path, f"surge,sway,yaw,{column}", "9,0,0,14")).notes
 
 
 def test_millivolts_on_a_line_of_units_are_volts(tmp_path: Path) -> None:
@@ -261,10 +261,10 @@ def test_a_unit_in_a_line_below_the_header_is_that_of_a_limit_too(
 
 def test_columns_about_limits_that_were_taken_are_named(tmp_path: Path) -> None:
     path = written(tmp_path, f"{AXES},Battery [V],F2_min,f5_max,mode", "1,0,0,0,0,0,14,-3,7,9")
-    said = read_demands(path, HEAVY.dof, parse_columns("volts=Battery [V]")).said
+    said = read_demands(path, HEAVY.dof, parse_columns("volts=Battery [V]")).notes
     assert said == (
         f"log.csv: volts from 'Battery [V]'; {', '.join(HEAVY.dof)} by name; limits from F2_min, f5_max;"
         " left out: mode; no times without --columns 't=NAME [s]'"
     )
     path = written(tmp_path, f"{AXES},volts", "1,0,0,0,0,0,14")
-    assert read_demands(path, HEAVY.dof).said == f"log.csv: {', '.join(HEAVY.dof)}, volts by name"
+    assert read_demands(path, HEAVY.dof).notes == f"log.csv: {', '.join(HEAVY.dof)}, volts by name"

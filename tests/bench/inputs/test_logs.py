@@ -109,7 +109,7 @@ def test_what_is_asked_of_axes_that_the_vehicle_does_not_have_is_said(tmp_path: 
     taus[:, [0, 1]] = 5.0
     taus[:, 3] = np.nan  # nothing was asked of roll
     log = read_log(write_bag2(tmp_path, np.arange(20) * 0.1, taus), ("surge", "yaw"))
-    assert "left out: sway, which the vehicle does not have" in log.said
+    assert "left out: sway, which the vehicle does not have" in log.notes
 
 
 def test_a_file_that_its_folder_s_recording_does_not_have_is_refused(
@@ -174,7 +174,7 @@ def test_a_frame_that_does_not_turn_with_the_vehicle_is_refused(
 ) -> None:
     folder = write_bag2(tmp_path, *demands, frame=name)
     assert f"its frame_id {name!r} does not turn" in refused(lambda: read_log(folder, DOF), folder)
-    assert "frame frd (--frame)" in read_log(folder, DOF, LogOptions(frame="frd")).said
+    assert "frame frd (--frame)" in read_log(folder, DOF, LogOptions(frame="frd")).notes
 
 
 def test_a_bag_whose_wrenches_are_in_two_frames_is_refused() -> None:
@@ -209,7 +209,7 @@ def test_rows_that_are_all_nan_are_no_demands_as_in_a_table(tmp_path: Path) -> N
     assert log.t is not None
     assert log.t.tolist() == [0, 0.5, 1, 2, 2.5]
     assert log.taus.tolist() == np.ones((5, 6)).tolist()
-    assert "3 rows without a demand" in log.said
+    assert "3 rows without a demand" in log.notes
     with pytest.raises(DemandError, match="holds no demands"):
         read_log(write_ulog(tmp_path, t, np.full((8, 6), np.nan)), DOF)
 
@@ -285,7 +285,7 @@ def test_a_ulog_s_shares_are_doubted_until_a_scale_says_what_1_is(
     ukwial = load_vehicle("ukwial")
     assert "setpoints are shares of 1" in log_for(ukwial, file).doubt
     assert log_for(ukwial, file, LogOptions(scale=(100.0,))).doubt == ""
-    said = build_demands(file, load_vehicle("ukwial"), seed=0).said
+    said = build_demands(file, load_vehicle("ukwial"), seed=0).notes
     assert any("--scale says what 1 is" in line for line in said)
 
 

@@ -61,8 +61,8 @@ def test_a_log_of_commands_gives_the_wrench_that_they_made(
 
 def test_outputs_are_counted_from_1_as_in_the_autopilots_parameters(tmp_path: Path) -> None:
     """Outputs of a ULog were counted from 0, beside PWM_MAIN_FUNC1."""
-    assert "outputs 3, 4, 5, 6, 7, 8, 1, 2 are the thrusters" in read_outputs(binary(tmp_path), VEHICLE).said
-    assert "outputs 1, 2, 3, 4, 5, 6, 7, 8 are the thrusters" in read_outputs(ulog(tmp_path), VEHICLE).said
+    assert "outputs 3, 4, 5, 6, 7, 8, 1, 2 are the thrusters" in read_outputs(binary(tmp_path), VEHICLE).notes
+    assert "outputs 1, 2, 3, 4, 5, 6, 7, 8 are the thrusters" in read_outputs(ulog(tmp_path), VEHICLE).notes
     u = SENT.u.astype(float)
     with pytest.raises(AllocError, match="actuator_outputs has no output 8, but"):
         read_outputs(write_outputs_ulog(tmp_path, T, u[:, :7], VOLTS, SHARES), VEHICLE)
@@ -72,7 +72,7 @@ def test_outputs_are_counted_from_1_as_in_the_autopilots_parameters(tmp_path: Pa
 
 
 def test_a_dataflash_log_says_how_far_off_the_attitude_was_across_north(tmp_path: Path) -> None:
-    said = read_outputs(binary(tmp_path), VEHICLE).said
+    said = read_outputs(binary(tmp_path), VEHICLE).notes
     assert "the attitude was off by 3° (median), at most 3° (ATT)" in said
 
 
@@ -127,9 +127,9 @@ def test_demands_and_times_beside_commands_are_found_as_in_a_log_of_demands(tmp_
     assert outputs.taus is not None
     assert np.delete(outputs.taus, 7, axis=0) == pytest.approx(np.delete(TAUS, 7, axis=0))
     assert np.isnan(outputs.taus[7]).all()
-    assert "surge from 'Fx [kN]'" in outputs.said
-    assert "left out: mode" in outputs.said
-    assert "turned into the vehicle's" in outputs.said
+    assert "surge from 'Fx [kN]'" in outputs.notes
+    assert "left out: mode" in outputs.notes
+    assert "turned into the vehicle's" in outputs.notes
     undone = made_by(outputs, VEHICLE).undone
     assert undone is not None
     assert (undone.most < 0.02 * full_authority(VEHICLE)).all()
@@ -153,7 +153,7 @@ def test_angles_without_a_force_beside_commands_are_no_demands(tmp_path: Path) -
     told = (
         "roll, pitch, yaw without a force may be attitude; --columns 'roll=roll,pitch=pitch,yaw=yaw' if N m"
     )
-    assert told in outputs.said
+    assert told in outputs.notes
     kept = read_outputs(file, VEHICLE, parse_columns("yaw=yaw"))
     assert kept.taus is not None
     assert kept.taus[0, 5] == 92
@@ -210,8 +210,8 @@ def test_a_curve_that_knows_no_voltage_covers_none(tmp_path: Path) -> None:
 
 def test_motors_of_a_dive_that_the_vehicle_has_no_thruster_for_are_named(tmp_path: Path) -> None:
     six = load_vehicle("bluerov2")
-    assert "bluerov2 has none for motor 7, 8" in read_outputs(binary(tmp_path), six).said
-    assert "none for motor" not in read_outputs(binary(tmp_path), VEHICLE).said
+    assert "bluerov2 has none for motor 7, 8" in read_outputs(binary(tmp_path), six).notes
+    assert "none for motor" not in read_outputs(binary(tmp_path), VEHICLE).notes
 
 
 def test_a_log_that_names_the_output_of_some_motors_only_is_refused(tmp_path: Path) -> None:
@@ -226,7 +226,7 @@ def test_a_voltage_under_another_name_is_left_out_and_taken_where_it_is_named(tm
     file = tmp_path / "logger.csv"
     head = ["t", *(f"u{i}" for i in range(8)), "Battery [mV]"]
     file.write_text(",".join(head) + "\n" + "".join(f"{t},{'1600,' * 8}14000\n" for t in (0.0, 0.1)))
-    said = read_outputs(file, VEHICLE).said
+    said = read_outputs(file, VEHICLE).notes
     assert "left out: Battery [mV]" in said
     assert "no voltage was measured, that of 'esc' is taken" in said
     told = read_outputs(file, VEHICLE, parse_columns("volts=Battery [mV]"))
@@ -238,25 +238,25 @@ def test_a_battery_that_nothing_measures_has_no_voltage(tmp_path: Path, none: fl
     pytest.importorskip("pymavlink", reason="the extra ardupilot")
     dead = read_outputs(write_bin(tmp_path, T, SENT.u, VOLTS * none, SHARES[:, 3:]), VEHICLE)
     assert dead.volts is None
-    assert "no voltage was measured" in dead.said
+    assert "no voltage was measured" in dead.notes
     assert made_by(dead, VEHICLE).taus == pytest.approx(VEHICLE.thrusts(SENT.u) @ VEHICLE.T.T)
     late = read_outputs(
         write_bin(tmp_path, T, SENT.u, np.where(T < 0.2, none, VOLTS), SHARES[:, 3:]), VEHICLE
     )
     assert late.volts == pytest.approx(np.where(T < 0.2, VOLTS[T >= 0.2][0], VOLTS), abs=1e-5)
-    assert f"no voltage in {(T < 0.2).sum()} of 50 rows" in late.said
+    assert f"no voltage in {(T < 0.2).sum()} of 50 rows" in late.notes
 
 
 @pytest.mark.parametrize("write", [binary, ulog])
 def test_a_log_that_is_damaged_in_places_says_so(tmp_path: Path, write: Callable[[Path], Path]) -> None:
     file = write(tmp_path)
-    assert "damaged" not in read_outputs(file, VEHICLE).said
+    assert "damaged" not in read_outputs(file, VEHICLE).notes
     data = file.read_bytes()
     middle = len(data) * 2 // 3
     file.write_bytes(data[:middle] + bytes(300) + data[middle + 300 :])
     outputs = read_outputs(file, VEHICLE)
     assert len(outputs.u) < 50
-    assert "damaged in places, so rows may be missing" in outputs.said
+    assert "damaged in places, so rows may be missing" in outputs.notes
 
 
 TWICE = np.where(T < 0.5, T + 2.0, T)
@@ -343,9 +343,9 @@ def test_commands_at_a_voltage_without_a_curve_are_told_with_how_many(tmp_path: 
 
 def test_that_no_voltage_was_measured_is_said_where_curves_follow_it(tmp_path: Path) -> None:
     file = written(tmp_path / "u.csv", ",".join(f"u{i}" for i in range(8)) + "\n" + ",".join(["1600"] * 8))
-    assert "no voltage was measured, that of 'esc' is taken" in read_outputs(file, VEHICLE).said
+    assert "no voltage was measured, that of 'esc' is taken" in read_outputs(file, VEHICLE).notes
     one = replace(VEHICLE, esc=tuple(replace(e, volts=e.volts[:1], curve=e.curve[:1]) for e in VEHICLE.esc))
-    assert "voltage" not in read_outputs(file, one).said
+    assert "voltage" not in read_outputs(file, one).notes
 
 
 @pytest.mark.parametrize(

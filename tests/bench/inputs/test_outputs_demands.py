@@ -50,8 +50,8 @@ def test_demands_named_as_in_ros_are_refused_until_a_frame_is_given(tmp_path: Pa
         told = read_outputs(file, VEHICLE, frame=frame)
         assert told.taus is not None
         assert (told.taus.tolist(), told.doubt) == ([taus], "")
-        assert f"frame {frame} (--frame)" in told.said
-    assert "its comment" in read_outputs(with_demands(tmp_path, ros, "# frame: flu\n"), VEHICLE).said
+        assert f"frame {frame} (--frame)" in told.notes
+    assert "its comment" in read_outputs(with_demands(tmp_path, ros, "# frame: flu\n"), VEHICLE).notes
     command = ["demands", str(with_demands(tmp_path, ros)), "--vehicle", VEHICLE.name, "--from-outputs"]
     told_so = CliRunner().invoke(cli, [*command, "--frame", "flu"], standalone_mode=False)
     assert "frame flu (--frame)" in told_so.stderr
@@ -70,7 +70,7 @@ def test_rows_of_logs_that_were_merged_have_commands_a_demand_or_both(none: str,
     assert outputs.t.tolist() == [0, 1, 3]
     assert outputs.u.tolist() == [[1600] * 8] * 3
     np.testing.assert_array_equal(outputs.taus[:, 0], [1, np.nan, 5])
-    assert "; 1 rows without commands, 1 of them with demands, which are not compared" in outputs.said
+    assert "; 1 rows without commands, 1 of them with demands, which are not compared" in outputs.notes
     file.write_text(file.read_text().replace("2,", f"2,1600{none},", 1))
     with pytest.raises(AllocError, match=r"merged\.csv, line"):
         read_outputs(file, VEHICLE)
@@ -122,7 +122,7 @@ def test_demands_of_an_autopilot_are_turned_into_the_vehicle_s_frame_with_a_word
     assert frd.taus is not None
     assert flu.taus is not None
     np.testing.assert_array_equal(turned(frd.taus.T, VEHICLE.dof).T, flu.taus)
-    assert "turned into the vehicle's flu" in flu.said
+    assert "turned into the vehicle's flu" in flu.notes
 
 
 def test_a_scale_counts_beside_commands_and_is_refused_without_demands(tmp_path: Path) -> None:

@@ -243,7 +243,7 @@ def test_a_report_says_how_the_log_of_its_demands_was_understood(
     study: tuple[LayoutSpace, StudyFile, Path], own: Columns
 ) -> None:
     space, keys, folder = study
-    said = replace(space, said=("log.csv: surge from 'fx'", "log.csv: 2 rows *twice*"))
+    said = replace(space, notes=("log.csv: surge from 'fx'", "log.csv: 2 rows *twice*"))
     counted = summarise(space, folder / "shards", own)
     report = page(said, own, counted, changes(space, counted), pareto_front(folder / "shards"))
     assert "\n\n- log.csv: surge from 'fx'\n- log.csv: 2 rows \\*twice\\*\n\n## " in report

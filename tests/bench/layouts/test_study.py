@@ -338,8 +338,8 @@ def test_a_study_s_log_is_read_as_its_keys_say_and_says_how(
     space, _ = compiled(tmp_path, text)
     assert space.taus.tolist() == [wrench]
     surge, sway = ("force.y", "force.x") if "columns" in keys else ("force.x", "force.y")
-    assert space.said[0].startswith(f"ros.csv: surge from '{surge}' [N]; sway from '{sway}' [N]; yaw")
-    assert "--" not in " ".join(space.said), "a remedy is a key here, and no option"
+    assert space.notes[0].startswith(f"ros.csv: surge from '{surge}' [N]; sway from '{sway}' [N]; yaw")
+    assert "--" not in " ".join(space.notes), "a remedy is a key here, and no option"
 
 
 @pytest.mark.parametrize(
@@ -356,20 +356,20 @@ def test_limits_in_a_study_s_log_are_said_to_be_left_out(tmp_path: Path) -> None
     (tmp_path / "log.csv").write_text("surge,sway,yaw,f0_max\n10,20,3,5\n")
     space, _ = compiled(tmp_path, PLANAR.replace("{n: 16}", "{set: log.csv}"))
     left_out = "log: limits by voltage or of single demands are left out: layouts keep to f_min, f_max"
-    assert space.said[-1] == left_out
+    assert space.notes[-1] == left_out
     (tmp_path / "log.csv").write_text("surge,sway,heave,roll,pitch,yaw,vbat\n10,20,3,0,0,0,14\n")
     space, _ = compiled(tmp_path, HEAVY.replace("{n: 32}", "{set: log.csv}"))
-    assert "columns: 'volts=NAME [V]'" in space.said[-2], "what this asks for would change nothing here"
-    assert space.said[-1] == left_out
+    assert "columns: 'volts=NAME [V]'" in space.notes[-2], "what this asks for would change nothing here"
+    assert space.notes[-1] == left_out
 
 
 def test_a_study_says_how_much_of_its_log_is_asked(tmp_path: Path) -> None:
     """Shares that layouts served of the first 256 demands were read as shares of the whole log."""
     (tmp_path / "log.csv").write_text("surge,sway,yaw\n" + "10,20,3\n" * 7)
     space, _ = compiled(tmp_path, PLANAR.replace("{n: 16}", "{set: log.csv, n: 5}"))
-    assert space.said[-1] == "Of log's 7 demands only the first 5 were asked; n: asks more."
+    assert space.notes[-1] == "Of log's 7 demands only the first 5 were asked; n: asks more."
     space, _ = compiled(tmp_path, PLANAR.replace("{n: 16}", "{set: log.csv, n: 7}"))
-    assert not any("asked" in line for line in space.said)
+    assert not any("asked" in line for line in space.notes)
 
 
 def test_the_command_says_how_a_log_was_understood(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
