@@ -3,6 +3,7 @@
 from alloc.formulations.priority import FORMULATION as ANSWERED
 from alloc.kernels.by_level import MEANINGS, by_level
 from alloc.kernels.rules import doubt
+from alloc.live.exact import exact_by_any
 from alloc.nullspace.by_level import ByLevel, Mixed, allocator
 from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
@@ -14,7 +15,7 @@ AZIMUTHS = True
 
 def build(vehicle: Vehicle) -> ByLevel | Mixed:
     """Prepare to go towards the demand level by level of ``vehicle.priority``, at least effort."""
-    return allocator(vehicle, ANSWERED)
+    return allocator(vehicle, ANSWERED, exact_by_any)
 
 
 def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:

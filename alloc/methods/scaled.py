@@ -3,6 +3,7 @@
 from alloc.formulations.scaled import FORMULATION as ANSWERED
 from alloc.kernels.by_level import MEANINGS, by_level
 from alloc.kernels.rules import doubt
+from alloc.live.exact import exact_by_any
 from alloc.nullspace.by_level import allocator
 from alloc.nullspace.current_cap import CurrentCap
 from alloc.program import Program, Scalar, Where
@@ -15,7 +16,7 @@ AZIMUTHS = True
 
 def build(vehicle: Vehicle) -> CurrentCap:
     """Prepare to go straight from rest towards the demand as far as it is attainable, at least effort."""
-    return CurrentCap(vehicle, allocator(vehicle, ANSWERED))
+    return CurrentCap(vehicle, allocator(vehicle, ANSWERED, exact_by_any))
 
 
 def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from math import inf, nan
 from operator import le
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,9 +32,41 @@ HALVINGS = 20
 """Number of halvings towards the share before, where no thrusts were found for the next one."""
 
 
-def allocator(vehicle: Vehicle, formulation: Formulation) -> "ByLevel | Mixed":
-    """The allocator of a formulation with a way; raises NotApplicable where a way or its end is refused."""
-    parts = [ByLevel(vehicle, part, formulation.name) for part in formulation.parts(vehicle)]
+class Exact(Protocol):
+    """Least effort for a wrench within a vehicle's limits: ``alloc.nullspace.allocator``, or another's."""
+
+    G: FloatArray
+    tolerance: float
+
+    @property
+    def closed_form(self) -> Callable[[FloatArray], FloatArray]:
+        """Thrusts (n,) without limits of a wrench (k,)."""
+        ...
+
+    def solve(self, wrench: FloatArray, limits: list[tuple[float, float]]) -> Allocation:
+        """Allocate a wrench (k,) within limits; SOLVED where it is missed by EXACT_TOLERANCE at most."""
+        ...
+
+    def solve_many(
+        self, wrenches: FloatArray, lows: FloatArray, highs: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Thrusts (N, n) of wrenches (N, k), and excess over limits (N,): above 1 where none are found."""
+        ...
+
+
+def by_steps(vehicle: Vehicle) -> Exact:
+    """The exact answer, of wrenches that are attainable but for rounding; raises NotApplicable."""
+    return exact(vehicle, tolerance=inf)
+
+
+def allocator(
+    vehicle: Vehicle, formulation: Formulation, make: Callable[[Vehicle], Exact] = by_steps
+) -> "ByLevel | Mixed":
+    """The allocator of a formulation with a way, and of what ``make`` finds the thrusts at its end.
+
+    Raises NotApplicable where a way or its end is refused.
+    """
+    parts = [ByLevel(vehicle, part, formulation.name, make) for part in formulation.parts(vehicle)]
     return parts[0] if len(parts) == 1 else Mixed(vehicle, parts)
 
 
@@ -50,12 +83,14 @@ class ByLevel(Uncapped):
 
     limited = True
 
-    def __init__(self, vehicle: Vehicle, part: Part, formulation: str) -> None:
+    def __init__(
+        self, vehicle: Vehicle, part: Part, formulation: str, make: Callable[[Vehicle], Exact]
+    ) -> None:
         """Prepare the exact answer at the way's end; raises NotApplicable where it is refused."""
         self.formulation, self.w, self.level_indices = formulation, part.w, part.level_indices
         self._vehicle, strong, way = vehicle, part.vehicle, part.way
         self._way = way
-        self._exact = exact(strong, tolerance=inf)
+        self._exact = make(strong)
         self._leaves_out = strong is not vehicle
         self._none = np.zeros(vehicle.k)
         self._none.setflags(write=False)

@@ -347,7 +347,8 @@ def build_document(document: Document, name: str | Path) -> Vehicle:
     vehicle, lines = build_vehicle(document.keys), document.tree.lines
     if not vehicle.azimuths:
         return vehicle
-    placed = [replace(a, place=f"{name}, line {lines.get(a.place)}: {a.place}") for a in vehicle.azimuths]
+    places = [str(VehicleError(a.place, path=Path(name), line=lines.get(a.place))) for a in vehicle.azimuths]
+    placed = [replace(a, place=place) for a, place in zip(vehicle.azimuths, places, strict=True)]
     return replace(vehicle, azimuths=tuple(placed))
 
 

@@ -1,7 +1,7 @@
 """Answers for random boats whose thrusters turn, each proven right or counted as wrong.
 
 ``nice python docs/studies/azimuths.py [--vehicles N] [--demands N] [--lps N] [--jobs N]`` asks nullspace and
-scaled, and where they refuse a boat for its many dimensions qp/daqp, and prints counts by method:
+scaled, of boats with more than three dimensions qp/daqp, and prints counts by method:
 
 - SOLVED is right where T P f makes the demand, f lies within the polygons, and multipliers u >= 0, y show by
   duality that no thrusts of less effort do: 1/2 f'Hf - L(u, y) >= 1/2 |f - f*|^2_H, L the dual value. Or it

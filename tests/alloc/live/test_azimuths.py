@@ -1,5 +1,7 @@
 """QP solvers on thrusters that turn: the sides of polygons are rows of their problem, or are refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ from alloc.errors import DemandError
 from alloc.qp import pose_hard
 from alloc.qp.certificate import certify
 from alloc.solvers import default_level, load, missing, names, slow
-from tests.azimuths import boats, demands_around, excess, stationarity
+from tests.azimuths import boats, corners_lp, demands_around, excess, stationarity
 
 SHARES = (0.1, 0.7, 0.98, 1.02, 2.0)
 LIMIT = 1e-14
@@ -138,3 +140,38 @@ def test_what_an_allocator_is_told_by_stays_where_answers_have_angles() -> None:
     assert isinstance(build("qp/daqp", ferry), TwoStage)
     assert isinstance(build("nullspace", ferry), BoundedSteps)
     assert not isinstance(build("pinv", ferry), TwoStage | BoundedSteps)
+
+
+def test_beyond_three_dimensions_scaled_is_right_by_a_linear_program_and_multipliers() -> None:
+    """Red before: a vessel with four azimuths had no method that gives way."""
+    rng, stopped = np.random.default_rng(15), 0
+    large = [vehicle for vehicle in boats(32) if vehicle.nullity > 3]
+    assert len(large) > 10
+    for vehicle in large:
+        allocate = build("scaled", vehicle)
+        taus = demands_around(vehicle, rng, 3) * rng.choice([0.1, 0.5, 3.0], (3, 1))
+        F, status = allocate.many(taus)
+        for tau, f, given in zip(taus, F, status, strict=True):
+            result, share = allocate(tau), min(1.0, corners_lp(vehicle, tau))
+            assert result.share == (pytest.approx(share, abs=1e-8),)
+            assert (
+                np.abs((vehicle.TP @ result.f - result.share[0] * tau) / vehicle.wrench_scale).max() <= 1e-9
+            )
+            assert excess(vehicle, result.f) <= LIMIT
+            assert stationarity(vehicle, result.f) <= 1e-6
+            assert (result.status is Status.SOLVED) == (share == 1.0)
+            assert f == pytest.approx(result.f, abs=1e-7 * vehicle.f_scale)
+            assert given == result.status
+            stopped += share < 1.0
+    assert stopped > 10
+
+
+def test_beyond_three_dimensions_priority_keeps_a_heading_first() -> None:
+    large = next(vehicle for vehicle in boats(32) if vehicle.nullity > 4)
+    vessel = replace(large, priority=(("yaw",), ("surge", "sway")))
+    far = alpha_max(vessel, np.diag(vessel.wrench_scale)) * vessel.wrench_scale
+    result = build("priority", vessel)([3.0 * far[0], 0.0, 0.5 * far[2]])
+    assert result.status is Status.PARTIAL
+    assert result.share[0] == 1.0 > result.share[1] > 0.0
+    made = vessel.TP @ result.f
+    assert made == pytest.approx([result.share[1] * 3.0 * far[0], 0.0, 0.5 * far[2]], abs=1e-6 * far.max())
