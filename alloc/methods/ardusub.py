@@ -57,10 +57,10 @@ def build(vehicle: Vehicle) -> Saturating:
     After AP_Motors6DOF; ``alloc.vehicle.autopilot`` names the commit. An input is the demand along its axis
     over what input 1 makes there on this geometry, or over the user's gain, cut at 1. Thrust is linear in an
     output, from f_min at -1 to f_max at 1, also where the vehicle has an ``esc``: the firmware's pulse is
-    linear in the output, and control loops make up for what the curve makes of it; without them a mixer
-    would be blamed for its propellers. ``Vehicle.commands`` inverts the curve behind every method. Neither a
-    failed thruster nor limits of the call change an output; thrusts are cut at them. Raises NotApplicable
-    where the vehicle has no ``autopilot``.
+    linear in the output, and control loops make up for what the curve makes of it, until outputs near their
+    ends (docs/autopilot.md); without loops a mixer would be blamed for its propellers. ``Vehicle.commands``
+    inverts the curve behind every method. Neither a failed thruster nor limits of the call change an output;
+    thrusts are cut at them. Raises NotApplicable where the vehicle has no ``autopilot``.
     """
     mixer, way = find_mixer(vehicle), find_inputs(vehicle)
     ready = vehicle.readiness != 0
@@ -143,7 +143,11 @@ def thrust(mixer: Autopilot, made: FloatArray) -> FloatArray:
 
 
 def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
-    """The same for a demand within any limits; groups are scaled behind a test."""
+    """The same for a demand within any limits; groups are scaled behind a test.
+
+    75 operations on bluerov2, 74 of clip. 130 operations on bluerov2-heavy, 79 of clip: each of its eight
+    thrusts is the larger of two values, each of its two groups takes 5 to test, and 15 to cut and scale.
+    """
     mixer, way = find_mixer(vehicle), find_inputs(vehicle)
     builder = Builder(vehicle, limits, scalar)
     full = next((float(side[0]) for side in np.abs(mixer.thrust) if side[0] > 0 and np.ptp(side) == 0), 1.0)

@@ -1,10 +1,14 @@
 """ArduSub's frames as tables of factors, a vehicle's frame, motors and directions, and PX4's coefficients.
 
-Facts read in libraries/AP_Motors/AP_Motors6DOF.cpp of Williangalvani/ardupilot at commit 0899be29b0e3, where
-the three output functions are merged (ArduPilot's pull request 34182, open in September 2026). The factors
-are the same at ES-Alexander/ardupilot 2bc5faab9b1c, with the three apart; the equations there were read in
-part. Older firmware differs in one: ArduPilot/ardupilot at 0fd5fbf258e8 gives SIMPLEROV_3, 4 and 5 the same
-five motors, and motors 3 and 4 no roll.
+Facts read in libraries/AP_Motors/AP_Motors6DOF.cpp. Of releases, whose tags were out of reach, in copies that
+name one: ArduSub 4.1.2 (Blue-Atlas-Robotics/ardupilot 19f03f008ff3, with a version.h of 4.1.2), 4.5.2-beta1
+(jijinck-eyerov/Ardusub_4.5 038609f69ccf), and angelw-lab/ardupilot-4.7-beta 490dfd35789f, whose VECTORED_6DOF
+asks for less throttle at the surface. All have three output functions with the equations that are here, and a
+pulse linear in the output but for 4.1.2's copy, as ArduPilot/ardupilot 0fd5fbf258e8 has it. Factors are alike
+but for SIMPLEROV: 0fd5fbf258e8 and 4.1.2 give its frames the same five motors, and motors 3 and 4 no roll;
+the copies of 4.5.2 and 4.7 have frames of their own in place of the last two. Merged into one, the functions
+are in Williangalvani/ardupilot 0899be29b0e3 (ArduPilot's pull request 34182, open in September 2026), from
+which the factors are; ES-Alexander/ardupilot 2bc5faab9b1c has the same with the three apart.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,13 +1,16 @@
 """The numbers in the prose and the table of docs/autopilot.md: forces and moments added up by hand."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
 from alloc import build
 from alloc.lint.autopilot import shares
+from alloc.methods.ardusub import outputs, thrust
 from alloc.vehicle.file import load_vehicle
 from alloc.vehicle.geometry import DOF
 from bench.judging.mixer import simulate_moves
@@ -63,3 +66,38 @@ def test_the_two_couplings_in_the_prose_are_those_of_the_table(tmp_path: Path) -
     forward, throttle = map(float, re.findall(r"makes ([\d.]+) %", PAGE.read_text(encoding="utf-8")))
     assert table[DOF.index("yaw"), DOF.index("surge")] == pytest.approx(forward, abs=0.05)
     assert table[DOF.index("roll"), DOF.index("heave")] == pytest.approx(throttle, abs=0.05)
+
+
+def closed_share(largest: float) -> float:
+    """Share of a Heavy's wrenches by outputs up to ``largest`` for which inputs exist through the curve."""
+    heavy = load_vehicle("bluerov2-heavy")
+    assert heavy.autopilot is not None
+    volts = 16.0
+
+    def pushed(u: np.ndarray) -> np.ndarray:
+        return heavy.thrusts(1500 + 400 * u, volts)
+
+    mixer = replace(heavy.autopilot, thrust=np.array([pushed(np.full(8, end)) for end in (-1.0, 1.0)]))
+    found, rng = [], np.random.default_rng(1)
+    for asked in rng.uniform(-1, 1, (40, 6)):
+        asked *= largest / np.abs(mixer.factors @ asked).max()
+        tau = heavy.T @ thrust(mixer, outputs(mixer, asked[None])[0])
+
+        def missed(inputs: np.ndarray, tau: np.ndarray = tau) -> np.ndarray:
+            return (heavy.T @ pushed(outputs(mixer, inputs[None])[0]) - tau) / heavy.wrench_scale
+
+        starts = (np.clip(more * asked, -1, 1) for more in (1.0, 1.2, 1.4))
+        fits = (least_squares(missed, at, bounds=(-1, 1), x_scale=0.1, diff_step=1e-2) for at in starts)
+        found.append(min(np.abs(fit.fun).max() for fit in fits) < 0.01)
+    return float(np.mean(found))
+
+
+def test_loops_that_close_make_up_for_the_curve_until_outputs_near_their_ends() -> None:
+    said = re.search(
+        r"over (\d+) % of wrenches that outputs within ±([\d.]+) make, below (\d+) % of those up to ±1",
+        PAGE.read_text(encoding="utf-8"),
+    )
+    assert said is not None
+    many, largest, few = map(float, said.groups())
+    assert 100 * closed_share(largest) > many
+    assert 100 * closed_share(1.0) < few

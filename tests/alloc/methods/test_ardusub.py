@@ -1,14 +1,18 @@
 """ArduSub's mixer, against a second reading of the firmware's text: a loop over motors, number by number."""
 
+import re
 from dataclasses import replace
+from types import ModuleType
 
 import numpy as np
 import pytest
 
 from alloc import NotApplicable, Status, Vehicle, build, load_vehicle
 from alloc.errors import VehicleError
+from alloc.methods import ardusub, clip
 from alloc.methods.ardusub import find_inputs, inputs, outputs, program, thrust
-from alloc.program import evaluate
+from alloc.program import evaluate, reachable
+from alloc.program.graph import FOLDED
 from alloc.vehicle.autopilot import FRAMES, Autopilot, make_autopilot
 from alloc.vehicle.geometry import DOF
 from bench.demands.store import pack_vehicle, unpack_vehicle
@@ -232,3 +236,14 @@ def test_its_operations_answer_10_000_demands_of_each_frame_as_python_does(
     F, status = build("ardusub", vehicle).many(taus)
     np.testing.assert_allclose(made.F, F, rtol=0, atol=1e-11)
     np.testing.assert_array_equal(made.status, status)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_its_operations_are_as_many_as_it_says_beside_those_of_clip(name: str) -> None:
+    def operations(kernel: ModuleType) -> int:
+        made = kernel.program(load_vehicle(name), "fixed", "double")
+        return sum(made.nodes[node][0] in FOLDED for node in reachable(made.nodes, made.roots))
+
+    said = re.search(rf"(\d+) operations on\s+{name},\s+(\d+) of clip", program.__doc__ or "")
+    assert said is not None
+    assert (operations(ardusub), operations(clip)) == tuple(map(int, said.groups()))
