@@ -1,9 +1,10 @@
 """First and second choice of a quick run and of one that asks ten times as many demands.
 
 ``python docs/studies/choices.py [VEHICLES [FIRST]]`` asks each method on all shipped vehicles and on numbered
-generated ones from FIRST on, prints each vehicle where the choices differ and that is not said, and a table.
-A vehicle takes some seconds of a core. The longer run also draws other demands evenly from what the vehicle
-can do: no choice may hang on which these were.
+generated ones from FIRST on, 200 unless told, and prints each vehicle as it ends, with choices that differ
+unsaid, then a table. A vehicle takes some seconds of a core. What was found is kept by commit: the same
+command goes on from there. The longer run also draws other demands evenly from what the vehicle can do: no
+choice may hang on which these were.
 Times are not measured: each method takes what it takes in the record of ``results``, so noise of clocks has
 no part. Generated C answers as its twin in Python does, which is asked in its place.
 
@@ -21,7 +22,7 @@ unsaid: most because the longer run did not see a demand, missed whole, that the
 import sys
 from collections import Counter
 from collections.abc import Container, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import suppress
 from dataclasses import replace as replace_size
 from functools import cache
@@ -29,6 +30,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from msgspec import json
 from msgspec.structs import replace
 
 from alloc import AllocError, NotApplicable, Vehicle, catalogue, list_vehicles, load_vehicle
@@ -38,6 +40,7 @@ from alloc.formulations import Family
 from bench.demands import build_demands
 from bench.demands.generated import generate_vehicle
 from bench.demands.store import Case
+from bench.harness import machine
 from bench.harness.lines import method_line, new_header, problem
 from bench.harness.plan import DEFAULT_DEMANDS, quick
 from bench.judging.capability import N_DEMANDS, even_demands
@@ -69,6 +72,8 @@ CALLS = 3000
 N, TENFOLD = quick().n_demands, 10
 REPEATS = 10
 """Repeats of a quick run, each with times of its own."""
+KEPT = Path(__file__).parents[2] / "build" / "choices"
+"""Folder of what was found, by commit and vehicle: a study that was ended early goes on from there."""
 
 
 class Choice(NamedTuple):
@@ -76,7 +81,7 @@ class Choice(NamedTuple):
 
     Attributes
     ----------
-    first, second : methods, as a verdict names them; empty for none
+    first, second : methods, as a verdict names them; empty for none, where it says that none is to take
     open : whether the verdict says that so few demands decide nothing
     """
 
@@ -117,9 +122,15 @@ def answer(method: str, case: Case) -> Answers | Unanswered:
     return Answers(*allocate.many(case.taus, f_min=case.f_min, f_max=case.f_max))
 
 
-def served(vehicle: Vehicle, seed: int) -> Capability:
-    """Number of the demands drawn evenly that each method in Python serves, as a run counts them."""
-    taus = even_demands(vehicle, seed, N_DEMANDS)
+def served(vehicle: Vehicle, seed: int) -> list[Capability]:
+    """Number of the demands drawn evenly that each method in Python serves, as a run counts them.
+
+    Empty where a vehicle can do one thing only, and nothing can be drawn.
+    """
+    try:
+        taus = even_demands(vehicle, seed, N_DEMANDS)
+    except NotApplicable:
+        return []
     found = []
     for entry in entries():
         reply = Unanswered("", "") if entry.foreign else answer(entry.name, Case(vehicle, taus))
@@ -137,7 +148,7 @@ def served(vehicle: Vehicle, seed: int) -> Capability:
                     missed=np.packbits(~(error <= SERVED_WITHIN)).tobytes(),
                 )
             )
-    return Capability(
+    capability = Capability(
         vehicle=vehicle.name,
         dof=list(vehicle.dof),
         authority=[],
@@ -146,9 +157,10 @@ def served(vehicle: Vehicle, seed: int) -> Capability:
         planes=[],
         last_metre=[],
     )
+    return [capability]
 
 
-def made_run(vehicle: Vehicle, capability: Capability, n: int) -> Run:
+def made_run(vehicle: Vehicle, capabilities: list[Capability], n: int) -> Run:
     """A run as ``run --quick`` makes it, with n demands of each set, times out of the record."""
     sets = []
     for name in DEFAULT_DEMANDS:
@@ -156,7 +168,7 @@ def made_run(vehicle: Vehicle, capability: Capability, n: int) -> Run:
             sets.append(build_demands(name, vehicle, 0, n))
     asked = questions(sets, lambda method, cases: [answer(method, case) for case in cases])
     methods = [method_line(entry) for entry in entries()]
-    record = Record(header=new_header(0, {}), methods=methods, capabilities=[capability])
+    record = Record(header=new_header(0, {}), methods=methods, capabilities=capabilities)
     for question in asked:
         record.problems.append(problem(question))
         judged = {entry.name: judged_cell(entry, question) for entry in entries() if not entry.twin}
@@ -209,36 +221,55 @@ def slowed(size: Size, factor: float) -> Size:
 
 def choice(own: Sequence[Size]) -> Choice:
     """Advice by the sizes of one vehicle."""
+    if not takes(own):
+        return Choice("", "", open=False)
     second = second_size(own)
     name = spoken_name(second) if second else ""
     return Choice(spoken_name(own[0]), name, bool(possible_first(own, USUAL) or possible_second(own, USUAL)))
 
 
-def main(count: int, first: int) -> None:
-    """Compare the choices, a line for each that differs unsaid; a table at the end, or on Ctrl-C."""
-    named: list[str | int] = [*list_vehicles(), *range(first, first + count)]
-    seen: dict[str, Counter[str]] = {"of all methods": Counter(), "with the best left out": Counter()}
-    compared_vehicles = 0
-    with ProcessPoolExecutor() as pool, suppress(KeyboardInterrupt):
-        for name, found in zip(named, pool.map(compared_or_not, named), strict=True):
-            if isinstance(found, str):
-                print(f"{name}: left out: {found}", flush=True)
+def takes(own: Sequence[Size]) -> bool:
+    """True if there is a method to take."""
+    return bool(own) and own[0].fit <= Fit.MAY_FIT and own[0].refused < 1
+
+
+def main(count: int, first: int) -> int:
+    """Compare the choices, a line for each vehicle as it ends, then a table; 1 where a vehicle failed."""
+    named = [*list_vehicles(), *map(str, range(first, first + count))]
+    found, commit = [], machine.commit()
+    with ProcessPoolExecutor() as pool:
+        running = {pool.submit(kept, name, commit): name for name in named}
+        for job in as_completed(running):
+            if error := job.exception():
+                print(f"{running[job]}: failed: {type(error).__name__}: {error}", flush=True)
                 continue
-            compared_vehicles += 1
-            for turn, pair in enumerate(found):
-                seen[list(seen)[min(turn, 1)]].update(verdict(pair))
-                if unsaid(pair) or pair.unsaid:
-                    print(f"{name}, without {turn}: {pair}", flush=True)
+            found.append(job.result())
+            lines = [f"{running[job]}: {len(found[-1])} compared", *differing(found[-1])]
+            print("\n- ".join(lines), flush=True)
+    print_table(found)
+    return int(len(found) < len(named))
+
+
+def kept(name: str, commit: str) -> "list[Pair]":
+    """Choices on a shipped vehicle, or a generated one by its number, as this commit once found them."""
+    path = KEPT / commit / f"{name}.json"
+    if path.exists() and "+" not in commit:
+        return json.decode(path.read_bytes(), type=list[Pair])
+    found = compared(generate_vehicle(int(name))[0] if name.isdigit() else load_vehicle(name))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.with_suffix(".part").write_bytes(json.encode(found))
+    path.with_suffix(".part").replace(path)
+    return found
+
+
+def print_table(found: "Sequence[Sequence[Pair]]") -> None:
+    """Print how often each fact is so: of all methods, and of fewer and fewer."""
+    seen: dict[str, Counter[str]] = {"of all methods": Counter(), "with the best left out": Counter()}
+    for pairs in found:
+        for turn, pair in enumerate(pairs):
+            seen[list(seen)[min(turn, 1)]].update(verdict(pair))
     rows = [[what, *(f"{own[what]:,}" for own in seen.values())] for what in FACTS]
-    print(f"\n{compared_vehicles} vehicles\n\n{table(['', *seen], rows)}")
-
-
-def compared_or_not(name: str | int) -> "list[Pair] | str":
-    """Choices on a shipped or a generated vehicle; the reason where it has none."""
-    try:
-        return compared(load_vehicle(name) if isinstance(name, str) else generate_vehicle(name)[0])
-    except (AllocError, IndexError) as error:  # a vehicle without demands has no size
-        return f"no choice ({error})"
+    print(f"\n{len(found)} vehicles\n\n{table(['', *seen], rows)}")
 
 
 class Pair(NamedTuple):
@@ -283,6 +314,11 @@ def verdict(pair: Pair) -> Iterator[str]:
         yield f"first of repeats differs, and {'not all say so' if pair.unsaid else 'all say so'}"
 
 
+def differing(pairs: Sequence[Pair]) -> Iterator[str]:
+    """Choices on one vehicle that differ, without being said to be open."""
+    return (f"without {i}: {pair}" for i, pair in enumerate(pairs) if unsaid(pair) or pair.unsaid)
+
+
 def unsaid(pair: Pair) -> bool:
     """True if a quick run's choices are others than a long one's, and it does not say so."""
     return pair.short[:2] != pair.long[:2] and not pair.short.open
@@ -293,13 +329,13 @@ def compared(vehicle: Vehicle) -> list[Pair]:
     short, long = (made_run(vehicle, served(vehicle, n), n) for n in (N, TENFOLD * N))
     left_out: set[str] = set()
     pairs: list[Pair] = []
-    while (own := best_sizes(long, left_out)) and own[0].fit <= Fit.MAY_FIT and own[0].refused < 1:
+    while takes(own := best_sizes(long, left_out)) or not pairs:
         again = [choice(best_sizes(short, left_out, noise(seed))) for seed in range(REPEATS)]
         firsts = {each.first for each in again}
         unsaid = sum(not each.open for each in again) if len(firsts) > 1 else 0
         quick_own = best_sizes(short, left_out)
         pairs.append(Pair(choice(quick_own), choice(own), len(firsts), unsaid))
-        left_out |= {size.twin or size.method for size in (quick_own[0], own[0])}
+        left_out |= {size.twin or size.method for size in (*quick_own[:1], *own[:1])}
     return pairs
 
 
@@ -310,4 +346,4 @@ def noise(seed: int) -> dict[str, float]:
 
 
 if __name__ == "__main__":
-    main(*(int(word) for word in [*sys.argv[1:], *("200", "0")[len(sys.argv) - 1 :]]))
+    sys.exit(main(*(int(word) for word in [*sys.argv[1:], *("200", "0")[len(sys.argv) - 1 :]])))
