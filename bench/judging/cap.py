@@ -199,24 +199,18 @@ def fuse_cost(vehicle: Vehicle, seed: int) -> FuseCost | None:
     except AllocError:  # no voltage, or too many facets
         return None
     axes = np.vstack([np.eye(vehicle.k), -np.eye(vehicle.k)]) * vehicle.wrench_scale
-    asked, axes = stretch_demands(vehicle, unasked_weak_axes(vehicle, drawn)), stretch_demands(vehicle, axes)
-    least = build("frugal", vehicle)
-    found, largest = [], np.ones(DIRECTIONS)
+    axes, found = stretch_demands(vehicle, axes), []
+    compared = compare_ways(vehicle, unasked_weak_axes(vehicle, drawn))
     for name, method in methods.items():
-        allocate = partial(method, f_min=limits[0], f_max=limits[1], cap=amps, volts=volts)
-        answers = [allocate(tau) for tau in asked]
-        F, shares = np.array([one.f for one in answers]), np.array([one.share[0] for one in answers])
-        largest = shares if name == LARGEST else largest
-        lean = [least(tau, *limits, volts=volts).f for tau in shares[:, None] * asked]
-        over = draw.amps(F).sum(axis=1) / draw.amps(np.array(lean)).sum(axis=1)
+        shares, over = compared[name]
         # An axis may be out of reach.
-        made = np.nan_to_num([vehicle.TP @ allocate(tau).f for tau in axes])
-        ends = np.hstack([np.diag(made[vehicle.k :]), np.diag(made)])
+        made = [vehicle.TP @ method(tau, *limits, cap=amps, volts=volts).f for tau in axes]
+        ends = np.hstack([np.diag(each) for each in np.split(np.nan_to_num(made), 2)[::-1]])
         found.append(
             FuseWay(
                 way=name,
-                share_p50=rounded(np.median(shares / largest)),
-                share_min=rounded((shares / largest).min()),
+                share_p50=rounded(np.median(shares)),
+                share_min=rounded(shares.min()),
                 amps_p50=rounded(np.median(over)),
                 amps_max=rounded(over.max()),
                 axis_min=list(map(rounded, ends[: vehicle.k].tolist())),
@@ -233,6 +227,27 @@ def fuse_cost(vehicle: Vehicle, seed: int) -> FuseCost | None:
         excesses=cap_excesses(vehicle, seed),
         last_amps=rounded(SAG * amps),
     )
+
+
+def compare_ways(vehicle: Vehicle, taus: FloatArray) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """Shares (N,) over the largest, and currents (N,) over the least, by way, of demands along taus (N, k).
+
+    The cap is that of the vehicle's file. Raises AllocError for a vehicle that a way does not cover.
+    """
+    assert vehicle.cap is not None
+    amps, volts = vehicle.cap.amps(), vehicle.cap.volts
+    draw, limits = vehicle.draw(volts), vehicle.esc_limits(volts)
+    asked, least = stretch_demands(vehicle, taus), build("frugal", vehicle)
+    found, largest = {}, np.ones(len(taus))
+    for name, method in WAYS.items():
+        allocate = partial(build(method, vehicle), f_min=limits[0], f_max=limits[1], cap=amps, volts=volts)
+        answers = [allocate(tau) for tau in asked]
+        F, shares = np.array([one.f for one in answers]), np.array([one.share[0] for one in answers])
+        largest = shares if name == LARGEST else largest
+        lean = [least(tau, *limits, volts=volts).f for tau in shares[:, None] * asked]
+        over = draw.amps(F).sum(axis=1) / draw.amps(np.array(lean)).sum(axis=1)
+        found[name] = shares / largest, over
+    return found
 
 
 def stretch_demands(vehicle: Vehicle, taus: FloatArray) -> FloatArray:

@@ -99,16 +99,20 @@ def announced_costs(vehicle: Vehicle, taus: FloatArray) -> list[FailureCost]:
     ]
 
 
-def _cost(vehicle: Vehicle, taus: FloatArray, made: list[FloatArray]) -> partial[FailureCost]:
-    """Numbers of a cost; ``made`` has thrusts (N, n) [N] for each working thruster's failure in turn."""
+def delivered_shares(vehicle: Vehicle, taus: FloatArray, made: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Shares (N,) of demands (N, k) that thrusts made (N, n) deliver along them, and turns (N,) [deg]."""
     asked = strong_demands(vehicle, taus)
     # What is made is made: a force that is reversed lies outside a sector, and is not cut at it.
     strong = replace(strong_vehicle(vehicle), azimuths=(), names=())
     unlimited = np.full(vehicle.n, -np.inf), np.full(vehicle.n, np.inf)
-    answers = [np.nan_to_num(F, nan=0.0) for F in made]  # without an answer nothing is delivered
-    shares = [share_along(strong, asked, F, unlimited) for F in answers]
-    shares = [np.nan_to_num(share, nan=1.0) for share in shares]  # of demands too small for a direction
-    turned = [direction_error_deg(strong, asked, F, unlimited).round(6) for F in answers]  # 1e-14 is rounding
+    F = np.nan_to_num(made, nan=0.0)  # without an answer nothing is delivered
+    shares = np.nan_to_num(share_along(strong, asked, F, unlimited), nan=1.0)  # too small for a direction
+    return shares, direction_error_deg(strong, asked, F, unlimited).round(6)  # 1e-14 is rounding
+
+
+def _cost(vehicle: Vehicle, taus: FloatArray, made: list[FloatArray]) -> partial[FailureCost]:
+    """Numbers of a cost; ``made`` has thrusts (N, n) [N] for each working thruster's failure in turn."""
+    shares, turned = zip(*(delivered_shares(vehicle, taus, F) for F in made), strict=True)
     known = [angles[~np.isnan(angles)] for angles in turned]
     return partial(
         FailureCost,

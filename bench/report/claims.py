@@ -30,16 +30,16 @@ DRAWN = "demands drawn evenly from what the vehicle can do"
 ROWS = "all rows of the run"
 
 CLAIMS = (
-    SetClaim(r"take [^;]+; exact", ATTAINABLE, "largest distance to the optimum", "Judged.answers"),
-    SetClaim(r"take [^;]+; not exact", ATTAINABLE, "largest distance to the optimum", "Judged.answers"),
+    SetClaim(r"take [^;.]+; exact", ATTAINABLE, "largest distance to the optimum", "Judged.answers"),
+    SetClaim(r"take [^;.]+; not exact", ATTAINABLE, "largest distance to the optimum", "Judged.answers"),
     SetClaim(r"answers every demand", ASKED, "demands without thrusts: none", "Problem.n_demands"),
     SetClaim(r"refuses what can't be met", ASKED, "what its formulation refuses", "Problem.n_demands"),
     SetClaim(r"refuses [\d.]+ % of \S+'s demands", "all demands of a log", "share", "Problem.left_out"),
-    SetClaim(r"nothing to take: ", ATTAINABLE, "largest or median loss", "Judged.answers"),
+    SetClaim(r"nothing to take", ATTAINABLE, "largest or median loss", "Judged.answers"),
     SetClaim(r"nothing here fits", "all timed calls", "median time", "Batch.calls"),
     SetClaim(r"of \S+ [\d,]+ demands [\d,]+ asked", "a mission", "part of it", "Problem.left_out"),
     SetClaim(r"only the first \d+ were asked", "a log", "part of it", "Problem.left_out"),
-    SetClaim(r"no spare thruster: each wrench", "all wrenches", "freedom of the vehicle", "Problem.nullity"),
+    SetClaim(r"No spare thruster: each wrench", "all wrenches", "freedom of the vehicle", "Problem.nullity"),
     SetClaim(r"so slowest calls within that", "calls of fixed work", "longest pause", "Cell.singles"),
     SetClaim(r"exact constrained allocation", "each vehicle's first set", "median time", "Batch.calls"),
     SetClaim(r"of what a vehicle can do: that much", DRAWN, "share within 1 %", "Served.n_demands"),
@@ -70,7 +70,7 @@ CLAIMS = (
         "n_demands of the worst",
     ),
     SetClaim(
-        r"not decided by so few", f"{DRAWN}, and all timed calls", "intervals", "Size.n_even, Batch.calls"
+        r"[Nn]ot decided by so few", f"{DRAWN}, and all timed calls", "intervals", "Size.n_even, Batch.calls"
     ),
     SetClaim(
         r"the cap leaves .* Delivered, over", "directions drawn evenly", "medians", "FuseCost.n_demands"

@@ -144,8 +144,8 @@ def _caption(run: Run, shown: list[str]) -> str:
     return (
         f"Median time of one call from Python on {cpu} with {python}, asked"
         " for what takes the thrusters to their limits. The last three columns are"
-        f" {shown[-1]}'s: what one call in a thousand exceeds, how much of the worst of these demands is not"
-        " delivered, and which share of all that the vehicle can do is delivered within 1 %.\n"
+        f" {shown[-1]}'s: what one call in a thousand exceeds, and how much of the worst of these demands is"
+        " not delivered. *Served* is the share of all that the vehicle can do that is delivered within 1 %.\n"
     )
 
 

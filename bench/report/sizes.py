@@ -74,8 +74,8 @@ def page(
         )
     parts.append(
         f"One call may take {three(loop.limit_us)} µs, {percent(loop.limit_share)} of the control period."
-        " Columns in % are shares of the period; late are single calls beyond the time allowed, with the"
-        " share that their true rate does not exceed (95 % confidence, as if calls were independent); up to"
+        " Columns in % are shares of the period. Late are single calls beyond the time allowed, with the"
+        " share that their true rate does not exceed (95 % confidence, as if calls were independent). Up to"
         " is the rate at which the slowest call still keeps the budget, memory the peak of the process.\n"
     )
     if several:
@@ -172,12 +172,12 @@ def counts_page(
     shown = bands(find_kernels(counted), clock_MHz * 1e6, loop, known, given)
     bounded = any(band.kernel.at_most is not None for band in shown)
     asked = any(band.kernel.one_failed is not None for band in shown)
-    off = " *One off* is the same count with any one thruster off." * asked
-    bound = " *At most* is the longest path through the binary: no call takes more." * bounded
+    off = "*One off* is the same count with any one thruster off. " * asked
+    bound = "*At most* is the longest path through the binary: no call takes more. " * bounded
     parts = [
         f"Emulated processors at {clock_MHz:g} MHz, {loop.rate_hz:g} Hz. Instructions are of the costliest"
         " call that is known without a failed thruster: asked, found by a search, or with numbers that"
-        f" overflow or are none.{off}{bound} The share of the control period without a failed thruster is a"
+        f" overflow or are none. {off}{bound}The share of the control period without a failed thruster is a"
         " band, for instructions are not cycles.\n",
         table(
             (

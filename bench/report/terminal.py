@@ -35,8 +35,8 @@ from bench.results.size import best_of_each, rank_labels
 from bench.results.sizing import sizes
 from bench.results.text import number_range, three
 
-CAPTION = """p50, p99: a call \\[us]; p99 of all sets, where there are calls enough;
-serves: share of what a vehicle can do, within 1 %;
+CAPTION = """p50, p99: a call \\[us]; p99 of all sets, where there are calls enough.
+serves: share of what a vehicle can do, within 1 %.
 misses: largest share of an attainable wrench not delivered, of the demands of these sets.
 Over vehicles and demand sets: p50 least … largest, the others the worst."""
 
@@ -120,7 +120,7 @@ def show(directory: Path, console: Console) -> bool:
         if row.method in plugins and row.status == "refused":
             say(f"{row.label} on {row.vehicle}, {row.demands} demands: refused: {row.reason}")
     for line in objections(rows):
-        say(line, style="red")
+        say(f"{line}.", style="red")
     return not objections(row for row in rows if not _is_rival(row))
 
 

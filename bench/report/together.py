@@ -133,8 +133,8 @@ def _medians(
     parts += [f"{plain(f'No ratio for {name}: {reason}.')}\n" for name, reason in why.items() if reason]
     for i, machine in enumerate(measured[1:], start=1):
         if pairs := [] if why[machine.name] else order_changes(shown_rows, 0, i):
-            sentences = "; ".join(f"{a} before {b}" for a, b in pairs[:MOST])
-            more = f"; and {len(pairs) - MOST} pairs more" if len(pairs) > MOST else ""
+            sentences = ". ".join(f"{a} before {b}" for a, b in pairs[:MOST])
+            more = f". And {len(pairs) - MOST} pairs more" if len(pairs) > MOST else ""
             order = f"In another order on {measured[0].name} than on {machine.name}: {sentences}{more}."
             parts.append(f"{plain(order)}\n")
     return parts

@@ -41,7 +41,7 @@ def rate_note(*runs: Run) -> list[str]:
     ]
     if not slower:
         return []
-    return [f"The rate is that of the fastest log, {fastest[0]}, for every vehicle; {', '.join(slower)}."]
+    return [f"The rate is that of the fastest log, {fastest[0]}, for every vehicle. {'. '.join(slower)}."]
 
 
 def _rates(runs: Sequence[Run]) -> list[tuple[str, str, float]]:
@@ -52,7 +52,7 @@ def _rates(runs: Sequence[Run]) -> list[tuple[str, str, float]]:
 
 
 def verdicts(sized: Sequence[Size], loop: Loop, where: str = "") -> list[str]:
-    """One sentence for each vehicle, or several with the same: what to take, why, and what would do too.
+    """A line for each vehicle, or several with the same: what to take, why, and what would do too.
 
     ``sized`` has the one to take first, as ``sizes`` sorts it; ``where`` names the machines, if need be.
     """
@@ -73,40 +73,41 @@ def verdict(own: Sequence[Size], loop: Loop) -> str:
             else "none has a time that counts"
         )
         return f"nothing here fits {percent(loop.limit_share)} of the period; {why}."
+    part = f"; {first.part}" if first.part else ""
     if first.refused >= 1:
-        part = f" ({first.part})" if first.part else ""
-        return f"nothing to take: {spoken_name(first)} refuses {first.refusal}{part}."
-    share = _small((first.p50_us or 0.0) / loop.period_us)
-    text = f"take {spoken_name(first)}; {_worth(first, own)}; {share} of the period"
+        return f"nothing to take{part}. {spoken_name(first)} refuses {first.refusal}."
+    sentences = [f"take {spoken_name(first)}; {_worth(first, own)}{part}"]
+    share = f"It takes {_small((first.p50_us or 0.0) / loop.period_us)} of the period"
     if first.fit == Fit.WITHOUT_TAIL:
-        text += f", its tail not shown to fit ({first.reason})"
+        share += f", its tail not shown to fit ({first.reason})"
     if first.fit == Fit.MAY_FIT:
-        text += f", which may fit ({first.reason})"
+        share += f", which may fit ({first.reason})"
+    sentences.append(share)
+    if first.unlimited:
+        sentences.append("It knows no limits")
+    if first.refusal:
+        sentences.append(f"It refuses {first.refusal}")
+    if not first.exact:
+        sentences.append(_why_not_exact(own))
     if refusing := _refusing(first, own):
-        text += f"; {spoken_name(refusing)} refuses {refusing.refusal}"
+        sentences.append(f"{spoken_name(refusing)} refuses {refusing.refusal}")
     if first.freedom == 0:
-        text += "; no spare thruster: each wrench has one solution"
-    if first.part:
-        text += f"; {first.part}"
+        sentences.append("No spare thruster: each wrench has one solution")
     if rival := possible_first(own, loop):
-        text += f"; not decided by so few: {spoken_name(rival)} may come first"
+        sentences.append(f"Not decided by so few: {spoken_name(rival)} may come first")
     if other := second_size(own):
-        text += f"; {spoken_name(other)} would do too"
+        text = f"{spoken_name(other)} would do too"
         if not rival and (instead := possible_second(own, loop)):
             text += f", or {spoken_name(instead)}: not decided by so few"
-    return f"{text}."
+        sentences.append(text)
+    return f"{'. '.join(sentences)}."
 
 
 def _worth(first: Size, own: Sequence[Size]) -> str:
-    """Worth of the chosen method's answers, and demands that get none."""
-    exactness = "exact" if first.exact else f"not exact ({_why_not_exact(own)})"
-    if first.unlimited:
-        exactness += ", knows no limits"
-    if first.refusal:
-        return f"{exactness}, refuses {first.refusal}"
-    return (
-        f"{exactness}, answers every demand" if not first.gap and any(size.gap for size in own) else exactness
-    )
+    """Worth of the chosen method's answers."""
+    exactness = "exact" if first.exact else "not exact"
+    answers_all = not first.refusal and not first.gap and any(size.gap for size in own)
+    return f"{exactness}, answers every demand" if answers_all else exactness
 
 
 def _refusing(first: Size, own: Sequence[Size]) -> Size | None:
@@ -133,15 +134,15 @@ def trust_note(run: Run) -> str:
         scalar = run.form["scalar"]
         text = f"timed by its driver in {IN_WORDS.get(scalar, f'{scalar} precision')},"
         text += " which can't see what else ran there"
-        if lost := run.record.header.settings.get("missing"):
-            more = f" and {len(lost) - 1} more" if len(lost) > 1 else ""
-            text += f"; its log is not whole: left out are {lost[0]}{more}"
     if run.disturbances:
         text += f" ({', '.join(what for what, _ in run.disturbances.most_common())})"
+    if run.by_driver and (lost := run.record.header.settings.get("missing")):
+        more = f" and {len(lost) - 1} more" if len(lost) > 1 else ""
+        text += f". Its log is not whole: left out are {lost[0]}{more}"
     seen = find_pauses(run)
     if seen.excess:
         longest = three(seen.excess[-1][0] / 1000)
-        text += f"; fixed work paused for up to {longest} µs, so slowest calls within that are the machine's"
+        text += f". Fixed work paused for up to {longest} µs, so slowest calls within that are the machine's"
     return f"{text}."
 
 
@@ -171,7 +172,7 @@ def _why_not_exact(own: Sequence[Size]) -> str:
     if refusing:
         return f"{spoken_name(refusing[0])} is exact but refuses some demands"
     late = [size for size in own if size.exact and size.fit == Fit.DOES_NOT_FIT]
-    return f"{late[0].label} is exact but too slow" if late else "no exact method was measured"
+    return f"{late[0].label} is exact but too slow" if late else "No exact method was measured"
 
 
 def _small(share: float) -> str:
@@ -240,8 +241,8 @@ def weak_notes(run: Run) -> list[str]:
         note = f"{vehicle}: weak: {words}"
         if capability and capability.weak_costs:
             worst = min(capability.weak_costs, key=lambda cost: cost.hard_most / cost.demand)
-            each = "; ".join(f"{method} {worst.words(method, unit(worst.axis))}" for method in worst.wrench)
-            note += f"; of {worst.axis} {worst.demand:.3g} {unit(worst.axis)}: {each}"
+            each = ". ".join(f"{method} {worst.words(method, unit(worst.axis))}" for method in worst.wrench)
+            note += f". Of {worst.axis} {worst.demand:.3g} {unit(worst.axis)}: {each}"
         notes.append(f"{note}.")
     return notes
 

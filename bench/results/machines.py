@@ -103,7 +103,7 @@ def list_differences(machines: Sequence[NamedRun]) -> list[str]:
     """A sentence for each run after the first: how it differs from the first besides its machine."""
     first, *others = machines
     return [
-        f"{first.name} and {other.name}: {'; '.join(find_differences(first.run, other.run)) or 'nothing'}."
+        f"{first.name} and {other.name}: {'. '.join(find_differences(first.run, other.run)) or 'nothing'}."
         for other in others
     ]
 

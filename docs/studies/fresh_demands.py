@@ -8,21 +8,39 @@ these. What *answers every demand* must answer all others, too, also of those th
 """
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from alloc import Allocator, AllocError, Vehicle, build, catalogue, list_vehicles, load_vehicle
 from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray
 from alloc.formulations import Family
+from alloc.vehicle.current import Cap
 from bench.demands import build_demands
 from bench.demands.strong import strong_demands, strong_vehicle, unasked_weak_axes
+from bench.judging.cap import DIRECTIONS, compare_ways
 from bench.judging.capability import N_DEMANDS, even_demands, limit_wrenches
 from bench.judging.loss import direction_error_deg, gets_nothing
+from bench.judging.mixer import mixer_cost
+from bench.judging.unannounced import (
+    announced_costs,
+    announced_thrusts,
+    delivered_shares,
+    failed_thrusts,
+    failure_costs,
+)
 from bench.judging.worst import strong_error
+from bench.record import SERVED_WITHIN, FailureCost
 from bench.results.text import RARE, percent
 
 FRESH = 100_000
+CAPPED = 2_000
+"""Fresh demands below a cap: each takes ten linear programs, of milliseconds."""
+CAP = Cap(most=20.0, volts=12.0)
+"""Cap of a vehicle that has none in its file, as in ``docs/studies/fuse.py``."""
+ROUNDING = 1e-6
+"""Difference of shares that decides nothing: a record has six digits."""
 LEFT_OUT = {"ardusub", "cap-by-ratio", "cap-by-thruster", "desaturate", "fixed-point", "frugal", "px4"}
 """Methods that take so many demands one by one in Python, hours of them."""
 METHODS = [
@@ -59,12 +77,77 @@ def failed_sentences(vehicle: Vehicle, methods: Sequence[str] = METHODS) -> Iter
             if shares[0] == 0.0 < shares[1]:
                 refused = percent(float(shares[1]))
                 yield f"{method} answered each of {len(few):,}, of {len(many):,} others not {refused}"
+        yield from failed_failures(
+            vehicle, method, *((taus, allocate.many(taus)[0]) for taus in (asked, fresh))
+        )
+    yield from failed_announced(vehicle, asked, fresh)
+    yield from failed_mixer(vehicle, asked, fresh)
+    yield from failed_fuse(vehicle)
 
 
-def exceeded(sentence: str, worst: float, others: FloatArray, found: str) -> Iterator[str]:
-    """The sentence, where more of other demands (N,) are worse than a run's report permits."""
+Answered = tuple[FloatArray, FloatArray]
+"""Demands (N, k) [N, N m] and thrusts (N, n) [N]."""
+
+
+def failed_failures(vehicle: Vehicle, method: str, asked: Answered, fresh: Answered) -> Iterator[str]:
+    """Least shares of a demand that a method delivers after failures nobody announces, contradicted."""
+    taus, F = (part[np.isfinite(fresh[1]).all(axis=1)] for part in fresh)
+    for cost in failure_costs(vehicle, method, *asked):
+        yield from less(vehicle, cost, taus, lambda i, name: failed_thrusts(vehicle, F, i, name))
+
+
+def failed_announced(vehicle: Vehicle, asked: FloatArray, fresh: FloatArray) -> Iterator[str]:
+    """The same once failures are announced."""
+    F = build("scaled", vehicle).many(fresh)[0]
+    for cost in announced_costs(vehicle, asked):
+        yield from less(vehicle, cost, fresh, lambda i, name: announced_thrusts(vehicle, fresh, F, i, name))
+
+
+def less(
+    vehicle: Vehicle, cost: FailureCost, taus: FloatArray, made: Callable[[int, str], FloatArray]
+) -> Iterator[str]:
+    """Least shares of a failure, where more of other demands (N, k) get less: of thrusts ``made`` (N, n)."""
+    for i, least in zip(cost.thrusters, cost.share_min, strict=True):
+        shares, _ = delivered_shares(vehicle, taus, made(i, cost.failure))
+        what = f"{cost.method} with thruster {i} {cost.failure}{', announced,' * cost.announced}"
+        said = f"{what} delivered {percent(least)} at least"
+        yield from exceeded(said, ROUNDING - least, -shares, "less than nothing by {:.3g}", cost.n_demands)
+
+
+def failed_mixer(vehicle: Vehicle, asked: FloatArray, fresh: FloatArray) -> Iterator[str]:
+    """Sentences on an autopilot and the exact answer beside it, contradicted; none without an autopilot."""
+    if (cost := mixer_cost(vehicle, asked)) is None:
+        return
+    missed, exactly = (losses(vehicle, build(name, vehicle), fresh)[0] for name in (cost.method, cost.exact))
+    worst = cost.missed[0]
+    yield from exceeded(f"{cost.method} cost {worst:.3g}", worst + ROUNDING, missed, "missed {:.3g}")
+    if cost.exact_served == cost.n_demands:
+        yield from exceeded(f"{cost.exact} delivered all", SERVED_WITHIN, exactly, "missed {:.3g}")
+
+
+def failed_fuse(vehicle: Vehicle) -> Iterator[str]:
+    """Worst shares and currents of each way to keep a cap, contradicted; none without known currents.
+
+    A vehicle without a cap in its file gets CAP.
+    """
+    if not vehicle.esc or vehicle.esc[0].current is None:
+        return
+    capped = replace(vehicle, cap=vehicle.cap or CAP)
+    said, others = (
+        compare_ways(capped, even_demands(capped, seed, n)) for seed, n in ((0, DIRECTIONS), (1, CAPPED))
+    )
+    for way, (shares, amps) in said.items():
+        for what, few, many in (("share", -shares, -others[way][0]), ("current", amps, others[way][1])):
+            worst = float(few.max())
+            yield from exceeded(f"{way}: worst {what} {worst:.3g}", worst, many, "{:.3g}", DIRECTIONS)
+
+
+def exceeded(
+    sentence: str, worst: float, others: FloatArray, found: str, n: int = N_DEMANDS
+) -> Iterator[str]:
+    """The sentence on n demands, where more of other demands (N,) are worse than a run's report permits."""
     share = float(np.mean(others > worst))
-    if share >= RARE / N_DEMANDS:
+    if share >= RARE / n:
         yield f"{sentence}, but {percent(share)} of {len(others):,} others: {found.format(others.max())}"
 
 

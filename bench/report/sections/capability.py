@@ -16,10 +16,10 @@ rank no longer means that the vehicle can be controlled. Ordinary layouts stay b
 CAPABILITY = """## What each vehicle can do, and who serves it
 
 *Volume left* is the exact volume of what the thrusters can push inside their limits, over the whole
-vehicle's. *Closed form* is the exact share of it for which f = T* τ breaks no limit; *safe up to* says how
+vehicle's. *Closed form* is the exact share of it for which f = T* τ breaks no limit. *Safe up to* says how
 small a demand must be, of what can be done in its direction, for that to hold in every direction. *Served*
 counts demands drawn evenly from the volume whose delivered wrench errs by at most 1 % or 5 %, with the 95 %
-interval. In the pictures a demand stands where two of its axes put it; what it asks of the others is left
+interval. In the pictures a demand stands where two of its axes put it. What it asks of the others is left
 out, so it may be infeasible though it lies inside.
 """
 
@@ -133,9 +133,9 @@ LAST_METRE = """## What the last metre costs
 No ESC takes newtons. Each line is a way from thrusts to commands; thrusters make what the vehicle's curve
 says. *Missed* is the share of a small demand (so much of what is attainable in its direction) that they do
 not make, median and 95 %. *By steps alone* is what the wire's resolution explains of the median: better takes
-finer steps. In flight the vehicle keeps station in a current: what is missed, each axis over the length of
-its row of T times the largest limit, how far off it is, and how often a thruster starts, stops or turns
-round. The linear map knows no curve: neutral is 0 N, the ends are the limits.
+finer steps. In flight the vehicle keeps station in a current: what is missed, how far off it is, and how
+often a thruster starts, stops or turns round. Each axis is taken over the length of its row of T times the
+largest limit. The linear map knows no curve: neutral is 0 N, the ends are the limits.
 """
 
 

@@ -27,8 +27,8 @@ def cost(run: Run, drawn: frozenset[str]) -> str:
         f"Medians of one call from {caller} on each demand set; p99.9 of single calls on all sets together."
         " *Binding* is the solver's own Python call inside it, *own clock* what the solver reports of itself;"
         " the rest is posing the problem and checking the answer. A start is *cold* (new solver object each"
-        " call), *reused* (same object) or *warm* (last answer as first guess). *Answers* names the question:"
-        f" {'; '.join([*meanings, 'other names are rules of practice'])}.\n",
+        " call), *reused* (same object) or *warm* (last answer as first guess). *Answers* names the question."
+        f" {'. '.join([*meanings, 'Other names are rules of practice'])}.\n",
     ]
     for vehicle in run.vehicles:
         parts.append(f"### {plain(vehicle)}\n")
@@ -201,7 +201,7 @@ ON_BOARD = """## On board: the price in C, and what is delivered
 
 Over {vehicles}; demands {sets}. Times are medians of a call of the
 generated C {caller}. *Delivered* is the share of the demanded wrench that thrusters make within their limits,
-in the median (half) and for the worst demand (all); it is negative where thrusters that can't stop push more
+in the median (half) and for the worst demand (all). It is negative where thrusters that can't stop push more
 than was asked. *Turned* is the largest angle between demanded and delivered wrench. *Below clip* is how much
 less a method delivers than `clip`: the largest difference of their medians, 99 % quantiles and worst losses;
 the two worst demands may differ.

@@ -54,10 +54,10 @@ def microcontroller(rows: Sequence[EmulatedRow], processors: Sequence[ProcessorF
         return ""
     note = (
         "A verdict is wrong where it is not that of the same method in Python off the boundary of what can be"
-        " met; for a solver's C, where a demand can be met and got no thrusts, or can't be met and was called"
-        " met. Farthest is the largest distance from the same method in Python, for a solver the optimum,"
-        " over the largest limit. `pinv` knows no limits. Flash of this project's C has the tables for every"
-        " single failed thruster; a solver's C knows no failure. docs/rivals.md says more.\n"
+        " met. A solver's C is wrong where a demand can be met and got no thrusts, or can't be met and was"
+        " called met. Farthest is the largest distance from the same method in Python, for a solver the"
+        " optimum, over the largest limit. `pinv` knows no limits. Flash of this project's C has the tables"
+        " for every single failed thruster; a solver's C knows no failure. docs/rivals.md says more.\n"
     )
     return "\n".join(["## Which method on a microcontroller\n", note, *parts])
 
@@ -157,8 +157,8 @@ def summary(run: Run) -> str:
     if lines:
         parts.append(
             f"The most that any call without a failed thruster took in {IN_WORDS[scalar]}, a search for it"
-            " included, and calls whose numbers overflow or are none where emulation.csv has"
-            " `instructions_known`; counted exactly, and no times. `thrustbench size DIR --rate HZ"
+            " included. Where emulation.csv has `instructions_known`, so are calls whose numbers overflow or"
+            " are none. These are counted exactly, and no times. `thrustbench size DIR --rate HZ"
             " --clock MHZ` makes shares of a control period of them.\n"
         )
         parts.append(table(("vehicle", "method", "limits", *targets), lines))
@@ -180,8 +180,8 @@ def instructions(run: Run, drawn: frozenset[str]) -> str:
     parts = [
         "## Instructions on emulated processors\n",
         "Instructions of one call, counted exactly; not times. Mean over the demands of each class, then the"
-        " most that any call without a failed thruster took, a search for it included, and its ratio to the"
-        " same C on x86-64. Flash and RAM are what the linked image grows by, with the tables for every"
+        " most that any call without a failed thruster took, a search for it included. The ratio is that to"
+        " the same C on x86-64. Flash and RAM are what the linked image grows by, with the tables for every"
         " single failed thruster; stack is the deepest that any call wrote. docs/counting.md says how this"
         " was counted.\n",
     ]

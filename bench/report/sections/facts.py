@@ -121,13 +121,13 @@ METHOD_DRIVER = """\
 METHOD = """\
 - Every answer that was timed was judged from the vehicle's equations. A row with a wrong answer is a failure,
   not a time, and is never called exact.
-- A quantile is printed only where ten calls lie beyond it, with its 95 % interval from order statistics,
-  as if calls were independent (*Tails* says how far that goes).
+- A quantile is printed only where ten calls lie beyond it. Its 95 % interval is from order statistics, as
+  if calls were independent (*Tails* says how far that goes).
 - `inactive` demands lie where the pseudoinverse keeps within the limits; `active` ones are attainable but
   need the limits; `infeasible` ones are not attainable.
 - Pictures and the lines *exact* show a method by its fastest start and level that is right everywhere, exact
-  ones before others; all of them are in `results.csv`, and so are vehicles after a failure (`-f2`: thruster
-  2, counted from 0, is off), of which the report shows one line each. A picture without room for all methods
+  ones before others. All of them are in `results.csv`. So are vehicles after a failure, of which the report
+  shows one line each (`-f2`: thruster 2, counted from 0, is off). A picture without room for all methods
   says so: it has yours, those that none beats in time and loss, then of each family in turns.
 """
 

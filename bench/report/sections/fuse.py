@@ -8,8 +8,8 @@ from bench.results.text import percent, plain, rarity, table, three
 FUSE = """## What the fuse costs
 
 The vehicle's file has a cap on what all thrusters draw together. *Share* is how much of a demand a way
-delivers below the cap, over the largest share there is: median of demands drawn evenly from what the whole
-vehicle can do, then the worst. *Current* is what a way draws, over the least for the same wrench. The second
+delivers below the cap, over the largest share there is, median and worst. The demands are drawn evenly from
+what the whole vehicle can do. *Current* is what a way draws, over the least for the same wrench. The second
 table has the most along each axis alone. By the model: the currents are those of the file, made convex.
 """
 

@@ -129,7 +129,7 @@ def _cost(run: Run) -> str:
     )
     comparisons = [_ratio_sentence(over[m], words) for m, words in CLOSED_FORMS.items() if over[m]]
     if comparisons:
-        text += f". That is {'; it is '.join(comparisons)}, which knows no limits"
+        text += f". That is {'. It is '.join(comparisons)}. f = T* τ knows no limits"
     if over_solver:
         text += f". The fastest QP solver that is as exact {_factor_text(over_solver)}, called through Python"
     if own_clock:
@@ -280,10 +280,10 @@ def candidates(run: Run, drawn: frozenset[str]) -> str:
     own = any(method.plugin for method in run.record.methods)
     logs = any(run.is_log(*each) for each in run.main_sets)
     which = (
-        "Listed are the method to take first, the methods that no other beats in both time and loss, the"
-        " fastest exact method in plain Python and the fastest by a solver, for comparison the closed form"
-        " and the rule of practice. *Served* is the share of what the vehicle can do that is delivered"
-        " within 1 %. Memory is the process's peak."
+        "Listed are the method to take first and the methods that no other beats in both time and loss. Then"
+        " come the fastest exact method in plain Python and the fastest by a solver, for comparison the"
+        " closed form and the rule of practice. *Served* is the share of what the vehicle can do that is"
+        " delivered within 1 %. Memory is the process's peak."
         f"{' Your own methods are always listed.' if own else ''}"
         f"{MEDIANS if logs else ''}\n"
     )

@@ -14,10 +14,10 @@ LOSSES = """## What you lose
 
 *Answered* is how many of all demands asked here got thrusts. *Delivered* is the wrench that the thrusters
 push once each is clipped to its limits, whatever they were told. *Lost* is the share of the demanded wrench
-that is not delivered, each axis over the length of its row of T times the largest limit: median and worst
-over each set's demands, and worst over those *drawn* evenly from what the vehicle can do. *Turn* is the
-largest angle between the two, *beyond limits* the share of answers that ask for more than a thruster has,
-*effort* the largest f'Hf above the optimum's where the wrench is met.
+that is not delivered, each axis over the length of its row of T times the largest limit. It is median and
+worst over each set's demands, and worst over those *drawn* evenly from what the vehicle can do. *Turn* is the
+largest angle between the two, *beyond limits* the share of answers that ask for more than a thruster has.
+*Effort* is the largest f'Hf above the optimum's where the wrench is met.
 """
 
 
@@ -162,10 +162,10 @@ def _loss_text(row: Row | None) -> str:
 
 MOVING = """## Demands in a row, and limits that move
 
-Each demand follows the one before it in time, and where limits move each has limits of its own: what slew
-rates leave around the last thrusts, or what a battery's voltage gives. *Cold* and *warm* are the median call
-with a new solver object each time, and with the last answer as first guess, over that of the same object
-without a guess. *Lost* is the largest share of a demanded wrench that is not delivered by thrusts cut at
+Each demand follows the one before it in time. Where limits move each has limits of its own: what slew rates
+leave around the last thrusts, or what a battery's voltage gives. *Cold* and *warm* are median calls over that
+of the same object without a guess. Cold has a new solver object each time, warm the last answer as first
+guess. *Lost* is the largest share of a demanded wrench that is not delivered by thrusts cut at
 their limits, over all demands: also of those that no thrusts meet.
 """
 
@@ -266,9 +266,9 @@ def mission(run: Run, drawn: frozenset[str]) -> str:
         return ""
     title = (
         "## Through a failure\n\n"
-        f"{_flight_length(run)} of waypoints in a current, then as many after a failure: of the thruster"
-        " whose loss costs most (and no rank, where that can be had). Each method answers the same demands;"
-        " one without an answer is lost whole.\n"
+        f"{_flight_length(run)} of waypoints in a current, then as many after a failure. The thruster that"
+        " fails is the one whose loss costs most (and no rank, where that can be had). Each method answers"
+        " the same demands; one without an answer is lost whole.\n"
     )
     return "\n".join([title, *parts])
 

@@ -209,7 +209,7 @@ def test_a_run_s_end_opens_with_what_to_take_and_lists_the_most_useful_first(tmp
     text = StringIO()
     show(tmp_path, Console(file=text))
     lines = text.getvalue().splitlines()
-    assert lines[0].startswith("ukwial at 100 Hz: take z-exact; exact;")
+    assert lines[0].startswith("ukwial at 100 Hz: take z-exact; exact.")
     assert [line.split()[0] for line in lines[3:6]] == ["z-exact", "b-exact", "a-rule"]
 
 

@@ -1,5 +1,6 @@
 """The method to take, in a sentence; how sure that is; one report of several machines."""
 
+import dataclasses
 import re
 from pathlib import Path
 from typing import Any
@@ -16,8 +17,8 @@ from bench.report.sections.headline import opening
 from bench.report.verdict import log_rate_hz, rank_notes, rate_note, trust_note, usual_verdicts, verdicts
 from bench.results.machines import read_machines
 from bench.results.rows import read_run
-from bench.results.size import Loop
-from bench.results.sizing import sizes
+from bench.results.size import Fit, Loop, Size
+from bench.results.sizing import part_note, sizes
 from tests import made_up
 from tests.bench.results.test_sizing import steady
 
@@ -40,7 +41,7 @@ def test_the_sentence_names_what_to_take_as_one_says_it_and_what_would_do_too(tm
         steady("pinv", 0.1, exact=False),
     ]
     assert said(tmp_path, 100, GENERATED, made_up.solver("qp/daqp"), *cells) == (
-        "ukwial at 100 Hz: take nullspace as generated C; exact; under 0.01 % of the period;"
+        "ukwial at 100 Hz: take nullspace as generated C; exact. It takes under 0.01 % of the period."
         " qp/daqp would do too."
     )
 
@@ -48,16 +49,17 @@ def test_the_sentence_names_what_to_take_as_one_says_it_and_what_would_do_too(tm
 def test_where_no_exact_method_keeps_up_the_sentence_says_which_is_too_slow(tmp_path: Path) -> None:
     cells = [steady("qp/daqp", 70, exact=True), steady("clip", 2, exact=False)]
     assert said(tmp_path, 10_000, *cells) == (
-        "ukwial at 10000 Hz: take clip; not exact (qp/daqp is exact but too slow); 2.00 % of the period."
+        "ukwial at 10000 Hz: take clip; not exact. It takes 2.00 % of the period. qp/daqp is exact but too"
+        " slow."
     )
 
 
 @pytest.mark.parametrize(
     ("served", "taken"),
     [
-        ((0.5, 0.97), "take mine;.* of the period.$"),  # the quicker one would not do
+        ((0.5, 0.97), "take mine;.* No exact method was measured.$"),  # the quicker one would not do
         ((0.93, 0.97), "take mine;.* clip would do too.$"),  # as good, but for a few of a hundred
-        ((0.95, 1.0), "take mine;.* of the period.$"),
+        ((0.95, 1.0), "take mine;.* No exact method was measured.$"),
         ((0.02, 0.04), "take mine;.* clip would do too.$"),
     ],
 )
@@ -74,7 +76,7 @@ def test_of_rules_that_fit_the_one_that_delivers_more_is_taken(
     assert re.search(taken, said(tmp_path, 100, problem, *cells))
 
 
-OPEN = "; not decided by so few: {} may come first"
+OPEN = ". Not decided by so few: {} may come first."
 
 
 @pytest.mark.parametrize(("n", "is_open"), [(20, True), (5000, False)])
@@ -230,63 +232,67 @@ BEYOND = replace(BEYOND, formulation="unlimited")
 CLIP = steady("clip", 2, exact=False)
 NOBODY = made_up.judge(on_log("nullspace", 1, 0.0, 10), agrees=None, distance_rel_max=None)
 PARTLY = "nullspace refuses 20.0 % of dive's demands, up to 0.0400 s at a stretch."
-RULE = "take clip; not exact (no exact method was measured), answers every demand; 0.0100 % of the period."
+NOT_EXACT = "No exact method was measured."
+RULE = f"take clip; not exact, answers every demand. It takes 0.0100 % of the period. {NOT_EXACT}"
 SENTENCES: dict[str, tuple[Problem | None, list[Cell], str]] = {
     "of a log what answers all is taken, and who refuses some is named with the longest stretch": (
-        log(), [PICKY, ALL], f"take scaled; exact, answers every demand; 0.0100 % of the period; {PARTLY}"),
+        log(), [PICKY, ALL], "take scaled; exact, answers every demand. It takes 0.0100 % of the period."
+        f" {PARTLY}"),
     "a log without a rate has a stretch of demands": (
-        log(rate_hz=None), [PICKY], "take nullspace; exact, refuses 20.0 % of dive's demands, up to 2 demands"
-        " in a row; under 0.01 % of the period."),
+        log(rate_hz=None), [PICKY], "take nullspace; exact. It takes under 0.01 % of the period. It refuses"
+        " 20.0 % of dive's demands, up to 2 demands in a row."),
     "a mission is a dive as a log is, but its share beyond reach is drawn": (
-        log(given=False), [PICKY, ALL], "take scaled; exact, answers every demand; 0.0100 % of the period;"
-        " nullspace refuses what can't be met of dive."),
+        log(given=False), [PICKY, ALL], "take scaled; exact, answers every demand. It takes 0.0100 % of the"
+        " period. nullspace refuses what can't be met of dive."),
     "a mission that was asked in part says so in the same sentence": (  # red before: no word of it
-        log(given=False, left_out=2990), [PICKY, ALL], "take scaled; exact, answers every demand; 0.0100 %"
-        " of the period; nullspace refuses what can't be met of dive; of dive's 3,000 demands 10 asked."),
+        log(given=False, left_out=2990), [PICKY, ALL], "take scaled; exact, answers every demand; of dive's"
+        " 3,000 demands 10 asked. It takes 0.0100 % of the period. nullspace refuses what can't be met of"
+        " dive."),
     "where all refuse a mission that was asked in part the sentence says so too": (
         log(given=False, left_out=2990), [made_up.rename(STILL, demands="dive")],
-        "nothing to take: idle refuses some of what can be met (of dive's 3,000 demands 10 asked)."),
+        "nothing to take; of dive's 3,000 demands 10 asked. idle refuses some of what can be met."),
     "a log that nothing can meet names who refuses all of it, though no answer showed it exact": (
         log(labels={"infeasible": 10}), [NOBODY, ALL],
         "… nullspace refuses 100 % of dive's demands, up to 0.200 s at a stretch."),
     "shares of drawn demands are not given, and who refuses would not do where the first answers all": (
         log(**DRAWN), [on_log("nullspace", 2, 0.8), on_log("scaled", 1)],
-        "take scaled; exact, answers every demand; under 0.01 % of the period; nullspace refuses what"
-        " can't be met."),
+        "take scaled; exact, answers every demand. It takes under 0.01 % of the period. nullspace refuses"
+        " what can't be met."),
     "what answers all goes before who refuses what was drawn beyond reach, for microseconds": (
         log(**DRAWN), [on_log("nullspace", 1, 0.8), on_log("scaled", 9)], "take scaled; exact, answers every"
-        " demand; 0.0450 % of the period; nullspace refuses what can't be met."),
+        " demand. It takes 0.0450 % of the period. nullspace refuses what can't be met."),
     "who refuses what was drawn beyond reach is named as such": (
-        log(**DRAWN), [PICKY], "take nullspace; exact, refuses what can't be met; under 0.01 % …"),
+        log(**DRAWN), [PICKY], "take nullspace; exact. It takes under 0.01 % of the period. It refuses what"
+        " can't be met."),
     "what stands in for an exact method that refuses has a rival, and thrusts beyond limits are named": (
         log(), [PICKY, replace(on_log("pinv", 0.5), formulation="unlimited")],
-        "take pinv; not exact (nullspace is exact but refuses some demands), knows no limits, answers every"
-        f" demand; under 0.01 % of the period; {PARTLY}"),
+        "take pinv; not exact, answers every demand. It takes under 0.01 % of the period. It knows no limits."
+        f" nullspace is exact but refuses some demands. {PARTLY}"),
     "thrusts beyond limits are no answer to what was drawn beyond reach": (
-        log(**DRAWN), [on_log("nullspace", 1, 0.8), BEYOND], "take nullspace; exact, refuses what can't be"
-        " met; under 0.01 % of the period."),
+        log(**DRAWN), [on_log("nullspace", 1, 0.8), BEYOND], "take nullspace; exact. It takes under 0.01"
+        " % of the period. It refuses what can't be met."),
     "of a log asked in part what it holds beyond reach counts whole": (  # 300 of 990 others, 125 in a row
         log(**EASY, left_out=990, beyond=300, beyond_longest=125), [on_log("nullspace", 1), ALL],
-        "take scaled; exact, answers every demand; 0.0100 % of the period; nullspace refuses 30.0 % of"
-        " dive's demands, up to 2.50 s at a stretch."),
+        "take scaled; exact, answers every demand. It takes 0.0100 % of the period. nullspace refuses 30.0 %"
+        " of dive's demands, up to 2.50 s at a stretch."),
     "a solver that gave up on what another meets is no refusal of the log": (
         log(**EASY), [on_log("nullspace", 1), on_log("qp/qoco@generated", 9, 0.9, 1), ALL],
-        "take scaled; exact, answers every demand; 0.0100 % of the period."),
+        "take scaled; exact, answers every demand. It takes 0.0100 % of the period."),
     "who refuses is named also of a log that can be met, for another may pass the limits": (
-        log(**EASY), [on_log("nullspace", 1)], "take nullspace; exact, refuses what can't be met; …"),
-    "who answers all is not said to refuse": (log(**EASY), [ALL], "take scaled; exact; 0.0100 % …"),
+        log(**EASY), [on_log("nullspace", 1)], "take nullspace; exact. … It refuses what can't be met."),
+    "who answers all is not said to refuse": (log(**EASY), [ALL], "take scaled; exact. It … period."),
     "what gives nothing of a part of a log is not taken where another delivers": (  # no thrust astern
         log(), [PICKY, IDLE, made_up.rename(on_log("scaled", 9), method="scaled-by-group")],
-        f"take scaled-by-group; exact, answers every demand; 0.0450 % of the period; {PARTLY}"),
+        f"take scaled-by-group; exact, answers every demand. It takes 0.0450 % of the period. {PARTLY}"),
     "what gives nothing of a part of a log is named where there is no other": (
-        log(), [IDLE], "take scaled; exact, refuses 20.0 % of dive's demands by giving nothing, up to 0.0400"
-        " s at a stretch; under 0.01 % of the period."),
+        log(), [IDLE], "take scaled; exact. It takes under 0.01 % of the period. It refuses 20.0 % of dive's"
+        " demands by giving nothing, up to 0.0400 s at a stretch."),
     "what gives no thrust for a demand that can be met is not taken": (None, [STILL, CLIP], RULE),
     "nothing is taken where all refuse": (
-        None, [STILL], "nothing to take: idle refuses some of what can be met."),
+        None, [STILL], "nothing to take. idle refuses some of what can be met."),
     "what gives two per cent of most demands is not taken and would not do too": (None, [WEAK, CLIP], RULE),
     "what gives little of most demands is no choice alone": (
-        None, [WEAK], "nothing to take: weak refuses 25.0 % and more of most demands that can be met."),
+        None, [WEAK], "nothing to take. weak refuses 25.0 % and more of most demands that can be met."),
 }  # fmt: skip
 
 
@@ -311,8 +317,8 @@ def test_limits_that_cross_are_refused_by_all_and_no_method_without_limits_is_ta
     cells[1] = replace(cells[1], formulation="clip")
     crossing = log(crossed=2, crossed_asked=asked, left_out=left_out)
     assert said(tmp_path, 50, crossing, *cells) == (
-        "ukwial at 50 Hz: take nullspace; exact, refuses what can't be met, and limits that cross;"
-        " 0.0100 % of the period."
+        "ukwial at 50 Hz: take nullspace; exact. It takes 0.0100 % of the period. It refuses what can't be"
+        " met, and limits that cross."
     )
     fewer = [replace(limited[0], judged=on_log("nullspace", 2, 0.7, 2).judged), *cells[1:]]
     more = log(crossed=2, crossed_asked=2, beyond=1, beyond_longest=1)  # the stretch too is without them
@@ -341,12 +347,12 @@ def test_c_for_limits_that_move_is_named_with_its_option(
     native = on_log("scaled@native", 1)
     described = Method(name="scaled@native", formulation="scaled", twin="scaled")
     lines = (described, log(moving=moving, given=given), native)
-    assert ("take scaled as generated C with --limits call;" in said(tmp_path, 50, *lines)) == said_so
+    assert ("take scaled as generated C with --limits call; exact" in said(tmp_path, 50, *lines)) == said_so
 
 
 def test_a_vehicle_without_freedom_is_told_that_there_is_none_to_gain_from(tmp_path: Path) -> None:
     square = replace(made_up.problem("ukwial"), n=3, nullity=0)
-    assert "no spare thruster" in said(tmp_path, 100, square, steady("pinv", 1, exact=True))
+    assert "No spare thruster" in said(tmp_path, 100, square, steady("pinv", 1, exact=True))
     assert "spare" not in said(tmp_path, 100, made_up.problem("ukwial"), steady("pinv", 1, exact=True))
 
 
@@ -416,7 +422,7 @@ def test_where_logs_have_several_rates_it_is_said_whose_is_taken(tmp_path: Path)
         cell = replace(made_up.exact_cell(vehicle, "nullspace", 2.0), key=Key(vehicle, name, "nullspace"))
         folders.append(made_up.record(tmp_path / vehicle, made_up.header(), asked, cell))
         assert rate_note(read_run(folders[-1])) == []
-    said = "The rate is that of the fastest log, dive of rov, for every vehicle; hot of ukwial has 25 Hz."
+    said = "The rate is that of the fastest log, dive of rov, for every vehicle. hot of ukwial has 25 Hz."
     assert said in together.page(read_machines(folders))
     asked_of_size = CliRunner().invoke(cli, ["size", *map(str, folders)]).output
     assert said in asked_of_size
@@ -430,8 +436,8 @@ def test_a_report_of_several_machines_has_the_rows_of_all_and_ratios(
     assert done.exit_code == 0, done.output
     text = (tmp_path / "both" / "report.md").read_text(encoding="utf-8")
     assert (
-        "- ukwial at 100 Hz on every machine that has it: take nullspace; exact; 0.0600 % of the period."
-        in text
+        "- ukwial at 100 Hz on every machine that has it: take nullspace; exact. It takes 0.0600 % of the"
+        " period." in text
     )
     (line,) = [line for line in text.splitlines() if line.startswith("| nullspace")]
     assert [cell.strip() for cell in line.split("|")[2:5]] == ["2.00", "6.00", "3.00"]
@@ -463,7 +469,7 @@ def test_several_runs_need_a_folder_for_their_report(machines: list[Path]) -> No
 
 def test_a_verdict_opens_what_a_run_and_what_size_print(machines: list[Path]) -> None:
     text = CliRunner().invoke(cli, ["size", *map(str, machines), "--rate", "400", "--budget", "5"]).output
-    assert text.startswith("ukwial at 400 Hz on every machine that has it: take nullspace; exact;")
+    assert text.startswith("ukwial at 400 Hz on every machine that has it: take nullspace; exact.")
     assert text.splitlines()[2].startswith("fast was quiet")
 
 
@@ -473,3 +479,24 @@ def test_answers_that_are_wrong_have_no_verdict(tmp_path: Path) -> None:
     assert said(tmp_path, 100, wrong).endswith(
         "nothing here fits 10.0 % of the period; none has a time that counts."
     )
+
+
+@pytest.mark.parametrize("fit", [Fit.FITS, Fit.WITHOUT_TAIL, Fit.MAY_FIT, Fit.DOES_NOT_FIT])
+@pytest.mark.parametrize("refused", [0.0, 0.2, 1.0])
+@pytest.mark.parametrize("exact", [True, False])
+def test_a_verdict_on_which_everything_is_to_be_said_has_no_sentence_that_is_too_long(
+    fit: Fit, refused: float, exact: bool
+) -> None:
+    """It was one sentence, of up to 70 words."""
+    words = "100 % of dive's demands by giving nothing, up to 0.0400 s at a stretch, and limits that cross"
+    first = Size(
+        vehicle="ukwial", method="a@native", label="a@native", twin="a", moving=True,
+        fit=fit, reason="the other machine: too few calls", exact=exact, refused=refused,
+        refusal=words if refused else "", part=part_note(replace(log(), left_out=2990)),
+        p50_us=900.0, calls=10, unlimited=True, freedom=0, missing=0.1,
+    )  # fmt: skip
+    other = dataclasses.replace(first, method="b@native", twin="b", picky=True, refused=1.0, refusal=words)
+    (line,) = verdicts([first, other], Loop(100.0), " on every machine that has it")
+    parts = line.removesuffix(".").split(". ")
+    assert len(parts) > 1 or fit == Fit.DOES_NOT_FIT
+    assert max(len(part.split()) for part in parts) <= 30

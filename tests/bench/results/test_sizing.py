@@ -210,7 +210,7 @@ def test_the_table_starts_with_what_to_take_and_marks_an_estimate(tmp_path: Path
     )
     arguments = [str(tmp_path), "--rate", "100"]
     measured = CliRunner().invoke(command, arguments)
-    assert measured.output.startswith("ukwial at 100 Hz: take m; exact; 0.300 % of the period.\n")
+    assert measured.output.startswith("ukwial at 100 Hz: take m; exact. It takes 0.300 % of the period.\n")
     estimated = CliRunner().invoke(command, [*arguments, "--canary", str(tmp_path / "canary.json")])
     assert "ESTIMATE" in estimated.output
 

@@ -50,7 +50,7 @@ def test_the_hour_can_be_typed_as_it_stands(tmp_path: Path) -> None:
         )
         assert done.returncode == 0, f"{step}: {done.stderr}"
     assert (
-        "take scaled as generated C; exact, answers every demand; under"
+        "take scaled as generated C; exact, answers every demand. It takes under"
         in subprocess.run(
             "thrustbench size desk --rate 200",
             shell=True,
