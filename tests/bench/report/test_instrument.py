@@ -326,7 +326,7 @@ def test_two_choices_and_one_look_answer_which_method_fits(runs: list[Path], ope
     opened.select_option("#rate", "400")
     first = dict(zip(*shown(opened)[:2], strict=True))
     assert (first["verdict"], first["exact"]) == ("fits", "yes")
-    assert opened.inner_text("#verdict").startswith(f"{ODD} at 400 Hz: take {first['method']}; exact;")
+    assert opened.inner_text("#verdict").startswith(f"{ODD} at 400 Hz: take {first['method']}; exact.")
     times = opened.evaluate(
         """[100, 200, 400, 10, 1000].map(rate => { const choice = document.getElementById("rate");
         const start = performance.now(); choice.value = rate; choice.dispatchEvent(new Event("change"));

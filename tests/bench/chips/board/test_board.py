@@ -85,7 +85,7 @@ def test_a_board_s_report_says_what_did_not_arrive(log: bytes, tmp_path: Path) -
     keep(tmp_path / "LOG", tmp_path / "run", "desk")
     render(tmp_path / "run")
     short = (tmp_path / "run/report.md").read_text("utf-8")
-    assert "its log is not whole: left out are pinv@native on " in short
+    assert "Its log is not whole: left out are pinv@native on " in short
 
 
 def test_a_solver_s_own_c_on_a_board_is_no_closed_form(log: bytes, tmp_path: Path) -> None:
