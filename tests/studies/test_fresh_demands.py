@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import fresh_demands
-from alloc import Vehicle, load_vehicle
+from alloc import Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
 from bench.judging.capability import even_demands
+from bench.judging.unannounced import delivered_shares, failed_thrusts
 
 METHODS = ["nullspace", "scaled", "pinv"]
 
@@ -27,8 +28,37 @@ def test_a_sentence_on_demands_that_were_too_easy_fails(monkeypatch: pytest.Monk
     monkeypatch.setattr(fresh_demands, "limit_wrenches", lambda vehicle: np.zeros((0, vehicle.k)))
     found = list(fresh_demands.failed_sentences(load_vehicle("ukwial"), METHODS))
     assert found[0].startswith("pinv lost nothing, but ")
-    assert len(found) == 3  # and it is worse than its worst, of what is missed and of turns
-    assert all(sentence.startswith("pinv ") for sentence in found)
+    failures = [sentence for sentence in found if " with thruster " in sentence]
+    others = [sentence for sentence in found if sentence not in failures]
+    assert len(others) == 3  # and it is worse than its worst, of what is missed and of turns
+    assert all(sentence.startswith("pinv ") for sentence in others)
+    assert any(" off, announced, missed " in sentence for sentence in failures)
+
+
+def test_sentences_on_failures_autopilots_and_caps_fail_on_easy_demands(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    vehicle = load_vehicle("bluerov2")
+    pinv, others = build("pinv", vehicle), even_demands(vehicle, 1, 1000)
+    F = pinv.many(others)[0]
+    easy = np.argsort(-delivered_shares(vehicle, others, failed_thrusts(vehicle, F, 0, "off"))[0])[:500]
+    found = list(fresh_demands.failed_failures(vehicle, "pinv", (others[easy], F[easy]), (others, F)))
+    assert any(sentence.startswith("pinv with thruster 0 off missed ") for sentence in found)
+    assert list(fresh_demands.failed_failures(vehicle, "pinv", (others, F), (others, F))) == []
+    missed = fresh_demands.losses(vehicle, build("ardusub", vehicle), others)[0]
+    (sentence,) = fresh_demands.failed_mixer(vehicle, others[np.argsort(missed)[:200]], others)
+    assert sentence.startswith("ardusub cost ")
+    assert list(fresh_demands.failed_mixer(vehicle, others[:500], others[500:])) == []
+
+    def ways(vehicle: Vehicle, taus: FloatArray) -> dict[str, tuple[FloatArray, FloatArray]]:
+        worse = len(taus) != fresh_demands.DIRECTIONS
+        return {"a way": (np.full(len(taus), 0.5 if worse else 1.0), np.full(len(taus), 1.0 + worse))}
+
+    monkeypatch.setattr(fresh_demands, "compare_ways", ways)
+    share, current = fresh_demands.failed_fuse(vehicle)
+    assert share.startswith("a way: worst share 1, but 100 % ")
+    assert current.startswith("a way: worst current 1, but 100 % ")
+    assert list(fresh_demands.failed_fuse(load_vehicle("ukwial"))) == []  # without currents
 
 
 @pytest.mark.parametrize(("beyond", "fails"), [(4, False), (5, True)])
