@@ -184,7 +184,7 @@ def data(machines: Sequence[NamedRun]) -> dict[str, Any]:
             ranked = sizes_on_all(sized, loop) if others else rank_sizes(one, loop.period_us)
             for vehicle, ranked_there in groupby(ranked, key=attrgetter("vehicle")):
                 own = list(ranked_there)
-                said = tuple(words[part] for part in verdict(best_of_each(own), loop).split("; "))
+                said = tuple(words[part] for part in verdict(best_of_each(own), loop).split(". "))
                 order = orders[tuple(labels[size.label] for size in own)]
                 by_vehicle.setdefault(vehicle, []).append(outcomes[said, order])
         return by_vehicle

@@ -83,7 +83,7 @@ function answer() {
   if (!outcomes) return ["nothing was measured.", []];
   const [rate, budget, clock] = LOOP.map((key) => data[key].indexOf(state[key])), loops = data.rate.length * data.budget.length;
   const [words, order] = data.outcomes[outcomes[(outcomes.length > loops ? clock * loops : 0) + rate * data.budget.length + budget]];
-  return [words.map((i) => data.words[i]).join("; "), data.orders[order].map((i) => data.labels[i])];
+  return [words.map((i) => data.words[i]).join(". "), data.orders[order].map((i) => data.labels[i])];
 }
 
 function sizeOf(machine, method, loop) {
