@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import azimuths
-from alloc import Status, Vehicle, build
+from alloc import Allocation, Status, Vehicle, build
 from alloc.allocation import FloatArray, StatusArray
 from bench.demands.boats import boats
 
@@ -63,10 +63,27 @@ def test_a_wrong_answer_is_counted(
     assert found[f"{method} wrong"] == inside.sum() > 20
 
 
+class Early:
+    """Answers of scaled that stop at 0.999 of the largest share, and say so."""
+
+    tolerance = 1e-9
+
+    def __init__(self) -> None:
+        self._scaled = build("scaled", BOAT)
+
+    def __call__(self, tau: FloatArray) -> Allocation:
+        """Allocate one wrench (k,)."""
+        found = self._scaled(tau)
+        return found._replace(f=0.999 * found.f, share=(0.999 * found.share[0],))
+
+    def many(self, taus: FloatArray) -> Answers:
+        """Allocate wrenches (N, k)."""
+        F, status = self._scaled.many(taus)
+        return 0.999 * F, status
+
+
 def test_a_share_that_stops_early_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     taus, reach = azimuths.ask(BOAT, np.random.default_rng(2), 80)
     beyond = taus[reach < 0.99]
-    F, _ = build("scaled", BOAT).many(0.999 * beyond * reach[reach < 0.99][:, None])
-    status = np.full(len(F), Status.PARTIAL, dtype=np.int8)
-    monkeypatch.setattr(azimuths, "build", lambda *_: SimpleNamespace(many=lambda _: (F, status)))
+    monkeypatch.setattr(azimuths, "build", lambda *_: Early())
     assert azimuths.judge("scaled", BOAT, beyond)["scaled wrong"] == len(beyond) > 10
