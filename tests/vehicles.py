@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from alloc import Vehicle
+from alloc.allocation import FloatArray
 from alloc.vehicle.autopilot import make_autopilot
 
 AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
@@ -26,3 +27,11 @@ def with_autopilot(vehicle: Vehicle) -> Vehicle:
     """The vehicle of four thrusters with an autopilot, so that no method refuses it."""
     mixer = make_autopilot("SIMPLEROV_4", (vehicle.f_min, vehicle.f_max))
     return replace(vehicle, autopilot=mixer)
+
+
+def made_by_few(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
+    """Demands (n, k) [N, N m] that few thrusters make ahead, at their limits and inside; the others rest."""
+    part = rng.choice([0.0, 1.0, 2.0], (n, vehicle.n), p=[0.6, 0.2, 0.2])
+    F = np.where(part == 2.0, rng.random((n, vehicle.n)), part) * vehicle.f_max
+    taus: FloatArray = F @ vehicle.TP.T
+    return taus

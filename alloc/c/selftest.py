@@ -189,7 +189,7 @@ def cases(target: Target, vehicle: Vehicle, twin: Allocator) -> Cases:
     doubt = target.method.doubt(vehicle, scalar)
     rng = np.random.default_rng(1999)
     low, high = _limits(vehicle, limits, rng)
-    f = _thrusts(vehicle, low, np.maximum(low, high), rng)
+    f = _thrusts(low, np.maximum(low, high), rng)
     terms = np.abs(generalized_inverse(vehicle)) @ np.abs(vehicle.TP @ f.T)
     size = np.maximum(terms.max(axis=0), vehicle.f_scale)[:, None]
 
@@ -295,7 +295,7 @@ def _limits(vehicle: Vehicle, limits: Where, rng: np.random.Generator) -> tuple[
     return low, high
 
 
-def _thrusts(vehicle: Vehicle, low: FloatArray, high: FloatArray, rng: np.random.Generator) -> FloatArray:
+def _thrusts(low: FloatArray, high: FloatArray, rng: np.random.Generator) -> FloatArray:
     """(PER_FAULT, n) thrusts to make wrenches of: zero, inside the limits, near them, and beyond."""
     f = rng.uniform(low, high)
     f[1::4] *= 3.0

@@ -78,9 +78,7 @@ def c_function(name: str, scalar: Scalar) -> str:
 def covering(source: str, scalar: Scalar) -> str:
     """The C with its least and most of two numbers in the form for analysers, and else as it is."""
     for name in SIGNS:
-        source = source.replace(
-            in_scalar(_usual(name, scalar), scalar), in_scalar(_covering(name, scalar), scalar)
-        )
+        source = source.replace(in_scalar(_usual(name, scalar), scalar), in_scalar(_covering(name), scalar))
     return source
 
 
@@ -228,7 +226,7 @@ static inline SCALAR tb_{name}_OF(SCALAR a, SCALAR b)
 """
 
 
-def _covering(name: str, scalar: Scalar) -> str:
+def _covering(name: str) -> str:
     """A form for analysers that covers comparisons and the FPU's instructions alike.
 
     Of two numbers both give the smaller or larger, and of NaN and a number b both give b; where b is NaN a

@@ -126,7 +126,7 @@ def contradictions(W: FloatArray, known: BoolArray, mixer: Autopilot) -> tuple[l
         against = _against(W, known, mixer, i)
         if len(against) == 0:
             continue
-        opposite = _senses(W, known)[:, i] == -np.sign(row)
+        opposite = _senses(W)[:, i] == -np.sign(row)
         (turned if opposite[(row != 0) & _asked(W, known)].all() else wrong).append(i)
     return turned, wrong
 
@@ -137,7 +137,7 @@ def _asked(W: FloatArray, known: BoolArray) -> BoolArray:
     return asked
 
 
-def _senses(W: FloatArray, known: BoolArray) -> FloatArray:
+def _senses(W: FloatArray) -> FloatArray:
     """(6, n) which way each thruster pushes along each axis: 1, -1, or 0 for next to nothing."""
     most = np.abs(W).max(axis=1, keepdims=True)
     pushes: FloatArray = np.where(np.abs(W) > PUSHES * most, np.sign(W), 0.0)
@@ -147,7 +147,7 @@ def _senses(W: FloatArray, known: BoolArray) -> FloatArray:
 def _against(W: FloatArray, known: BoolArray, mixer: Autopilot, i: int) -> list[int]:
     """Axes whose factor of thruster i has another sign than what it pushes."""
     row = mixer.factors[i]
-    odd = (row != 0) & _asked(W, known) & (_senses(W, known)[:, i] != np.sign(row))
+    odd = (row != 0) & _asked(W, known) & (_senses(W)[:, i] != np.sign(row))
     return np.flatnonzero(odd).tolist()
 
 
@@ -163,7 +163,7 @@ def _exchanged(
     if not wrong:
         return {}
     motors = [mixer.motors[i] for i in wrong]
-    B, asked, senses = np.array(FRAMES[mixer.frame]), _asked(W, known), _senses(W, known)
+    B, asked, senses = np.array(FRAMES[mixer.frame]), _asked(W, known), _senses(W)
     cost, signs = np.zeros((len(wrong), len(wrong))), np.ones((len(wrong), len(wrong)), dtype=int)
     for a, i in enumerate(wrong):
         for b, motor in enumerate(motors):

@@ -112,12 +112,6 @@ def isolation(vehicle: Vehicle, noise: FloatArray | None = None) -> Isolation:
     return Isolation(noise, is_stated, tuple(shows), tuple(alike), tuple(trials))
 
 
-def separation(columns: FloatArray, f: FloatArray, i: int, j: int) -> float:
-    """Separation of thrusters i and j that are off, at thrusts f (n,), columns (k, n) over noise [-]."""
-    sizes = np.abs(f[[i, j]]) * np.linalg.norm(columns[:, [i, j]], axis=0)
-    return float(sizes.min() * _sine(columns[:, i], columns[:, j]))
-
-
 def _sine(a: FloatArray, b: FloatArray) -> float:
     """Sine of the angle between two lines; 0 where one has no direction."""
     if not a.any() or not b.any():

@@ -214,14 +214,6 @@ def edge_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArr
     return taus
 
 
-def made_by_few(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
-    """Demands (n, k) [N, N m] that few thrusters make ahead, at their limits and inside; the others rest."""
-    part = rng.choice([0.0, 1.0, 2.0], (n, vehicle.n), p=[0.6, 0.2, 0.2])
-    F = np.where(part == 2.0, rng.random((n, vehicle.n)), part) * vehicle.f_max
-    taus: FloatArray = F @ vehicle.TP.T
-    return taus
-
-
 def _moved(values: FloatArray, e: float, rng: np.random.Generator, rounded: bool) -> FloatArray:
     """Values rounded to about that many decimals, or those that are not zero moved by up to e."""
     if rounded:

@@ -109,7 +109,6 @@ def problem(question: Question, study: str = "") -> Problem:
         sums=_sums(demands) if demands.given else [],
         weak=[each.words for each in weak],
         weak_bound_N=[rounded(each.bound) for each in weak],
-        labels_hard={} if demands.hard_labels is None else _counted(demands.hard_labels),
         alpha_hard=None if demands.hard_alpha is None else rounded(np.median(demands.hard_alpha)),
     )
 

@@ -75,7 +75,6 @@ class Job(msgspec.Struct, kw_only=True):
     budget_ns : timed calls of a cell, roughly [ns]
     memory_bytes : most memory that the process may allocate
     core : where the process is pinned, None for anywhere
-    spawned_ns : ``time.monotonic_ns()`` as the parent started the process
     """
 
     method: str
@@ -87,7 +86,6 @@ class Job(msgspec.Struct, kw_only=True):
     budget_ns: int = 80_000_000
     memory_bytes: int = 2 << 30
     core: int | None = None
-    spawned_ns: int = 0
 
 
 class Begin(msgspec.Struct, tag="begin"):
@@ -166,7 +164,6 @@ def work(job: Job, time_limit_s: float) -> Iterator[Message]:
     that it was at comes as Failed (crashed, timeout or failed), and the rest of the job is not done. The
     process is gone when the iteration ends, also when the caller stops early.
     """
-    job.spawned_ns = time.monotonic_ns()
     with ExitStack() as at_end:
         with delay_signals():
             command = [sys.executable, "-m", "bench.harness.worker"]

@@ -169,7 +169,6 @@ def main() -> None:
         start=job.start,
         level=job.level,
         repeat=job.repeat,
-        startup_ns=time.monotonic_ns() - job.spawned_ns,
         canary_ns=canary_ns(),
         core=job.core,
     )

@@ -118,8 +118,7 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     weak : directions that are weak or count in part, not lost, in words; ``labels`` are without weak ones,
         and with what counts in part. Empty in older records
     weak_bound_N : the most that thrusts within limits make along each, moments over the rms arm [N]
-    labels_hard, alpha_hard : of eq. 4-5, which holds weak directions at the demand: the number of demands by
-        label, and the median of alpha* [-]; empty and None where none is weak
+    alpha_hard : median of alpha* of eq. 4-5 [-], which holds weak directions at the demand, else None
     """
 
     vehicle: str
@@ -153,7 +152,6 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     sums: list[float] = []
     weak: list[str] = []
     weak_bound_N: list[float] = []
-    labels_hard: dict[str, int] = {}
     alpha_hard: float | None = None
 
 
@@ -163,7 +161,6 @@ class Worker(msgspec.Struct, tag="worker", omit_defaults=True, kw_only=True):
     Attributes
     ----------
     method, start, level, repeat : what the worker measured
-    startup_ns : from the parent's spawn to the first line of work, before the method is imported
     import_ns : how much longer the first ``build`` took than later ones: the import of the method and
         its solver
     peak_rss_bytes : largest memory of the process; that of the ``noop`` worker is an empty process's
@@ -175,7 +172,6 @@ class Worker(msgspec.Struct, tag="worker", omit_defaults=True, kw_only=True):
     start: str
     level: str
     repeat: int
-    startup_ns: int
     import_ns: int | None = None
     peak_rss_bytes: int | None = None
     canary_ns: int | None = None

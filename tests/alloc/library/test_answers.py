@@ -10,10 +10,10 @@ from alloc import NotApplicable, Status, Vehicle, alpha_max, build, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.formulations import find_formulation
 from alloc.library import calls
-from bench.demands.generated import edge_demands, made_by_few, numbered
+from bench.demands.generated import edge_demands, numbered
 from tests.coupled import coupled
 from tests.library import Allocator
-from tests.vehicles import made_up
+from tests.vehicles import made_by_few, made_up
 
 CLOSE = 1e-9
 """Share of the largest limit: what methods promise; 2e-13 was the most seen."""

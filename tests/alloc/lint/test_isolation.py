@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from alloc import Vehicle, build, list_vehicles, load_vehicle
-from alloc.lint.isolation import SEPARATION, Isolation, as_text, assumed_noise, isolation, separation
+from alloc.allocation import FloatArray
+from alloc.lint.isolation import SEPARATION, Isolation, as_text, assumed_noise, isolation
 
 VEHICLES = list_vehicles()
 
@@ -17,6 +18,12 @@ VEHICLES = list_vehicles()
 def found(name: str) -> tuple[Vehicle, Isolation]:
     vehicle = load_vehicle(name)
     return vehicle, isolation(vehicle)
+
+
+def separation(columns: FloatArray, f: FloatArray, i: int, j: int) -> float:
+    """Least that either failure leaves across the line of the other, columns (k, n) over noise [-]."""
+    a, b = columns[:, i] * f[i], columns[:, j] * f[j]
+    return min(float(np.linalg.norm(x - (x @ y) / (y @ y) * y)) for x, y in ((a, b), (b, a)))
 
 
 def named(vehicle: Vehicle, pair: tuple[str, str]) -> tuple[int, int]:

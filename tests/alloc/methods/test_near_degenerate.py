@@ -22,8 +22,8 @@ from alloc.program import Evaluated, Expression, Scalar, Where, evaluate
 from alloc.reach import attainable, edge, zonotope
 from alloc.vehicle import degeneracy
 from bench.demands import build_demands
-from bench.demands.generated import edge_demands, made_by_few, numbered
-from tests.vehicles import made_up
+from bench.demands.generated import edge_demands, numbered
+from tests.vehicles import made_by_few, made_up
 
 VEHICLES, DEMANDS = 100, 60
 OFF = 1e-9 + 1e-15

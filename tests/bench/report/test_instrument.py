@@ -71,7 +71,7 @@ def lines(seed: int, slower: float) -> list[Line]:
     made += [
         gone,
         off,
-        Worker(method="rule", start="-", level="-", repeat=0, startup_ns=1, peak_rss_bytes=9**8),
+        Worker(method="rule", start="-", level="-", repeat=0, peak_rss_bytes=9**8),
     ]
     return made
 
