@@ -133,7 +133,7 @@ def wrench_missed(builder: Builder, f: dict[int, Expression]) -> tuple[Expressio
     share = error_scale(builder)
     rows = snapped(share * builder.vehicle.TP[:, list(f)])
     sizes, often = np.unique(np.abs(rows[rows != 0.0]), return_counts=True)
-    unit = float(sizes[often.argmax()])
+    unit = float(sizes[often.argmax()]) if sizes.size else 1.0
     made = gathered(rows / unit, list(f.values()), "v")
     total: list[Expression] = []
     for row, each, tau in zip(made, (share[:, 0] / unit).tolist(), builder.tau, strict=True):

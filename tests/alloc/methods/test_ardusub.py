@@ -9,9 +9,10 @@ import pytest
 
 from alloc import NotApplicable, Status, Vehicle, build, load_vehicle
 from alloc.errors import VehicleError
+from alloc.kernels import rules
 from alloc.methods import ardusub, clip
 from alloc.methods.ardusub import find_inputs, inputs, outputs, program, thrust
-from alloc.program import evaluate, reachable
+from alloc.program import Builder, evaluate, reachable, select
 from alloc.program.graph import FOLDED
 from alloc.vehicle.autopilot import FRAMES, Autopilot, make_autopilot
 from alloc.vehicle.geometry import DOF
@@ -247,3 +248,11 @@ def test_its_operations_are_as_many_as_it_says_beside_those_of_clip(name: str) -
     said = re.search(rf"(\d+) operations on\s+{name},\s+(\d+) of clip", program.__doc__ or "")
     assert said is not None
     assert (operations(ardusub), operations(clip)) == tuple(map(int, said.groups()))
+
+
+def test_where_no_working_thruster_pushes_along_an_axis_all_of_it_is_missed() -> None:
+    vehicle = made_up([[1.0, 0.0]]).with_fault(0)
+    builder = Builder(vehicle)
+    met = rules.makes_tau(builder, {1: builder.tau[0]})
+    made = builder.program([0.0, 0.0], select(met, Status.SOLVED, Status.PARTIAL))
+    assert evaluate(made, np.array([[0.0], [1.0]])).status.tolist() == [Status.SOLVED, Status.PARTIAL]
