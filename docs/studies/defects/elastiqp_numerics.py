@@ -1,4 +1,4 @@
-"""ElastiQP: "Numerics" from its last answer, where an object that starts afresh solves.
+"""ElastiQP: "Numerics" from its last answer, where a start afresh mostly solves.
 
 What it prints, and how it ends::
 
