@@ -204,7 +204,7 @@ def data(machines: Sequence[NamedRun]) -> dict[str, Any]:
         "formulations": {name: titles[name] for name in sorted(titles) if name},
         "machines": [place.entry for place in found],
         "answers": [
-            {demands: answer(places, demands) for demands in ["", *sets * places[0].entry["timed"]]}
+            {d: answer(places, d) for d in ["", *sets * any(place.entry["timed"] for place in places)]}
             for places in chosen
         ],
         "judged": list(judged),

@@ -79,7 +79,7 @@ const chosenMachines = () => (data.machines[state.machine] ? [data.machines[stat
 // The sentence and the order of labels for the chosen loop.
 function answer() {
   const one = data.answers[state.machine] ?? data.answers.at(-1);
-  const outcomes = (one[state.demands] ?? one[""])[state.vehicle];
+  const outcomes = (one?.[state.demands] ?? one?.[""])?.[state.vehicle];
   if (!outcomes) return ["nothing was measured.", []];
   const [rate, budget, clock] = LOOP.map((key) => data[key].indexOf(state[key])), loops = data.rate.length * data.budget.length;
   const [words, order] = data.outcomes[outcomes[(outcomes.length > loops ? clock * loops : 0) + rate * data.budget.length + budget]];
@@ -163,7 +163,7 @@ function columns(machines, loop) {
     });
     return [...head, ...each, ["why", (s) => s.reason], ...tail];
   }
-  const timed = machines[0].timed, times = timed ? [["median [%]", "p50"], ["p99.9 [%]", "p999"], ["slowest [%]", "max"]] : [["at least [%]", "least"], ["at most [%]", "p50"]];
+  const timed = machines[0]?.timed ?? true, times = timed ? [["median [%]", "p50"], ["p99.9 [%]", "p999"], ["slowest [%]", "max"]] : [["at least [%]", "least"], ["at most [%]", "p50"]];
   return [
     ...head.slice(0, 2),
     ["why", (s) => (known(s) ? s.reason : "see below")],

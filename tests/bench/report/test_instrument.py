@@ -175,6 +175,18 @@ def test_of_all_kinds_what_is_lost_is_of_wrenches_that_can_be_met(tmp_path: Path
     assert (every["lost"], one["lost"]) == (0.0, 0.4)
 
 
+def test_of_counts_and_times_together_each_demand_set_has_an_answer(runs: list[Path]) -> None:
+    """Whichever folder is named first."""
+    for folders in ((runs[2], runs[0]), (runs[0], runs[2])):
+        *_, together = data(read_machines(folders))["answers"]
+        assert set(together) == {"", *SETS}
+
+
+def test_a_run_without_methods_has_a_page(tmp_path: Path, opened: Any) -> None:
+    open_report(opened, made_up.record(tmp_path, made_up.header()))
+    assert opened.inner_text("#verdict").endswith("nothing was measured.")
+
+
 def test_what_is_not_installed_has_no_kind_of_answers_to_choose(tmp_path: Path) -> None:
     """The list had an entry without a name, which chose all."""
     gone = Cell(Key("ukwial", "active", "gone"), "missing", reason="not installed")
