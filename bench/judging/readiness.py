@@ -120,15 +120,15 @@ def estimate_readiness(
 
 
 def neighbour_velocity(t: FloatArray, a: FloatArray, v: FloatArray) -> FloatArray:
-    """Velocity (N, k) of each row from the rows before and after it, to second order in their distance.
+    """Velocity (N, k) of each row from the rows before and after it, and how its slope a changes at the row.
 
     Feedback puts the noise of a row's own velocity into its thrusts: with it, readiness would be biased. The
-    first and the last row keep their own.
+    slope may jump, since thrusts do. The first and the last row keep their own.
     """
     before, after = (t[1:-1] - t[:-2])[:, None], (t[2:] - t[1:-1])[:, None]
     found, span = v.copy(), np.maximum(before + after, 1e-9)  # rows may have one time
     found[1:-1] += (after * (v[:-2] - v[1:-1]) + before * (v[2:] - v[1:-1])) / span
-    found[1:-1] -= before * after / span * (a[2:] - a[:-2]) / 2.0
+    found[1:-1] -= before * after / span * (a[1:-1] - a[:-2])
     return found
 
 
