@@ -22,6 +22,7 @@ from bench.report.verdict import (
     weak_words,
 )
 from bench.results.columns import Row
+from bench.results.failures import failure_sentence
 from bench.results.quantiles import Repeats, ratio_interval
 from bench.results.ranking import (
     best_rows,
@@ -66,8 +67,9 @@ CLOSED_FORMS = {"pinv@native": "f = T* τ in generated C", "pinv": "f = T* τ in
 
 
 def headline(run: Run, drawn: frozenset[str]) -> str:
-    """The cost of exactness, the loss without limits, and how far to trust both."""
-    sentences = [sentence for sentence in (_cost(run), _loss(run), _trust(run)) if sentence]
+    """The cost of exactness, the loss without limits and by a failure, and how far to trust them."""
+    said = _cost(run), _loss(run), failure_sentence(run), _trust(run)
+    sentences = [sentence for sentence in said if sentence]
     return " ".join(sentences) + "\n" if run.vehicles else ""
 
 

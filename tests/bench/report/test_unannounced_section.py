@@ -13,7 +13,9 @@ from bench.record import Capability, FailureCost
 from bench.report.page import details
 from bench.report.pictures import draw_all
 from bench.report.pictures import unannounced as pictured
+from bench.report.sections.headline import headline
 from bench.report.sections.unannounced import unannounced
+from bench.results.failures import failure_sentence
 from bench.results.rows import Run
 from tests import made_up
 
@@ -54,9 +56,29 @@ def test_the_worst_demand_is_the_one_of_the_least_share_in_the_record(
     assert worst.share_min[int(found[1])] == min(worst.share_min)
 
 
+def test_the_overview_says_what_the_costliest_thruster_leaves_before_and_after(
+    tmp_path: Path, measured: Capability
+) -> None:
+    run = run_with(tmp_path, measured)
+    (off,) = (
+        cost
+        for cost in measured.failure_costs
+        if (cost.failure, cost.method, cost.announced) == ("off", "scaled", False)
+    )
+    found = re.search(
+        r"nobody told, ([\d.]+) % of a demand is delivered, ([\d.]+) %", headline(run, frozenset())
+    )
+    assert found is not None
+    assert float(found[1]) == pytest.approx(100 * min(off.share_p50), rel=0.01)
+    (known,) = (cost for cost in measured.failure_costs if cost.failure == "off" and cost.announced)
+    assert float(found[2]) == pytest.approx(
+        100 * known.share_p50[off.share_p50.index(min(off.share_p50))], rel=0.01
+    )
+
+
 def test_a_record_of_before_has_no_such_section_or_picture(tmp_path: Path) -> None:
     run = run_with(tmp_path, made_up.capability())
-    assert unannounced(run, frozenset()) == ""
+    assert unannounced(run, frozenset()) == failure_sentence(run) == ""
     assert pictured.unannounced(run, "ukwial") is None
 
 
