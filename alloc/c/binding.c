@@ -264,13 +264,15 @@ static PyObject *shares(const Native *self, const double *share)
     return made;
 }
 
+enum { FIELDS = 9 }; /* of an Allocation */
+
 /* The Allocation of one call; limits are NULL where they are the vehicle's. */
 static inline PyObject *answered(const Native *self, const double *tau, const double *f_min, const double *f_max)
 {
     PyTypeObject *allocation = (PyTypeObject *)self->held[ALLOCATION];
     npy_intp n = self->n;
     PyObject *f = PyArray_SimpleNewFromDescr(1, &n, PyArray_DescrFromType(NPY_DOUBLE));
-    PyObject *answer = f != NULL ? allocation->tp_alloc(allocation, 7) : NULL;
+    PyObject *answer = f != NULL ? allocation->tp_alloc(allocation, FIELDS) : NULL;
     if (answer == NULL) {
         Py_XDECREF(f);
         return NULL;
@@ -284,7 +286,9 @@ static inline PyObject *answered(const Native *self, const double *tau, const do
     PyObject *delivered = self->levels ? shares(self, share) : Py_NewRef(self->held[NO_SHARE]);
     PyTuple_SET_ITEM(answer, 4, delivered);
     PyTuple_SET_ITEM(answer, 5, Py_NewRef(self->held[RESIDUAL]));
-    PyTuple_SET_ITEM(answer, 6, Py_NewRef(self->held[NO_SHARE])); /* no amps either */
+    for (int i = 6; i < FIELDS; i++) { /* no amps either, and no thruster turns */
+        PyTuple_SET_ITEM(answer, i, Py_NewRef(self->held[NO_SHARE]));
+    }
     if (delivered == NULL) {
         Py_CLEAR(answer);
     }

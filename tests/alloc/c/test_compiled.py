@@ -5,6 +5,7 @@ import subprocess
 import sys
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from alloc import build, load_vehicle
@@ -79,3 +80,12 @@ def test_a_library_that_cannot_be_loaded_is_named_with_the_remedy(tmp_path, monk
     library.write_bytes(b"")
     with pytest.raises(NotInstalled, match="THRUSTBENCH_CACHE"):
         build("nullspace@native", vehicle)
+
+
+@pytest.mark.parametrize("method", ["pinv@native", "scaled@native"])
+def test_an_answer_of_compiled_c_has_every_field_of_one_made_in_python(method: str) -> None:
+    """Two fields were added, and C's tuples lacked them: they could be neither printed nor copied."""
+    vehicle = load_vehicle("ukwial")
+    found = build(method, vehicle)(np.zeros(vehicle.k))
+    assert found._replace(iterations=3).iterations == 3
+    assert found.forces == found.angles == found.amps == ()
