@@ -2,12 +2,15 @@
 
 ``python docs/studies/keep.py newtons`` asks each solver, at its own settings, the
 same demands in newtons and in the units of this suite, and believes what it says: none of the checks that an
-allocator makes. ElastiQP is asked at a price of 1e4 too, of a broken limit and of a missed wrench.
+allocator makes. ElastiQP is asked at a price of 1e4 too, of a broken limit and of a missed wrench; and
+PrimalSolver 0.1.3, no solver of this suite, where it is installed (``pip install primalsolver``).
 ``python docs/studies/page_tables.py newtons`` puts the sums of solvers into docs/solvers.md.
 """
 
 from collections import Counter
 from collections.abc import Callable, Iterator
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from time import perf_counter
 
@@ -17,7 +20,7 @@ from alloc import NotApplicable, Status, Vehicle, build, load_vehicle, solvers
 from alloc.allocation import FloatArray
 from alloc.qp import QP, pose_hard
 from alloc.qp.problem import OneSided
-from alloc.solvers import Solve
+from alloc.solvers import Answer, Solve
 from alloc.solvers.elastiqp import prepare_rows
 from bench.demands import build_demands
 from bench.results.text import table, three
@@ -55,6 +58,30 @@ def elastic(gives_way: str) -> Callable[[QP], Solve]:
         return lambda *call: solve(right(*call))
 
     return prepare
+
+
+def primal(qp: QP) -> Solve:
+    """Preparation of PrimalSolver, which builds a model for each call."""
+    known = import_module("primalsolver")
+    BK, SOLSTA, Model = known.BK, known.SOLSTA, known.Model
+    said = {SOLSTA.OPTIMAL: Status.SOLVED, SOLSTA.PRIM_INFEAS_CER: Status.INFEASIBLE}
+    m, p = len(qp.g), len(qp.A)
+
+    def solve(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        with Model(maxcon=p, maxvar=m) as model:
+            model.obj(list(range(m)), qp.g.tolist())
+            for i in range(m):
+                model.var_bounds(i, BK.RA, lb[i].item(), ub[i].item())
+                for j in range(i + 1):
+                    model.qobj_ij(i, j, qp.H[i, j].item())
+            for j in range(p):
+                for i in range(m):
+                    model.a_ij(j, i, qp.A[j, i].item())
+                model.con_bounds(j, BK.FX, b[j].item(), b[j].item())
+            found = model.solve()
+        return Answer(np.array(found.x), said.get(found.solsta, Status.NOT_CONVERGED))
+
+    return solve
 
 
 def usual(name: str) -> Callable[[QP], Solve]:
@@ -105,6 +132,8 @@ def rows() -> Iterator[list[str]]:
     asked = {name: usual(name) for name in solvers.names() if not solvers.missing(name)}
     if "elastiqp" in asked:
         asked |= {f"elastiqp, {side} elastic": elastic(side) for side in ("limits", "wrench")}
+    if find_spec("primalsolver"):
+        asked["primalsolver"] = primal
     for name, prepare in asked.items():
         for vehicle in map(load_vehicle, VEHICLES):
             for units in UNITS:

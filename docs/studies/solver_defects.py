@@ -1,8 +1,7 @@
 """Runs the programs of ``docs/studies/defects``: ``python docs/studies/solver_defects.py [NAME]…``.
 
 Each runs in a process of its own. The study prints its title, what it prints and how it ends; docs/solvers.md
-says what follows from it. Some crash or hang, as they should. The study ends with 1 where one does otherwise
-than its docstring says.
+says what follows from it. The study ends with 1 where one does otherwise than its docstring says.
 """
 
 import ast

@@ -13,7 +13,6 @@ from bench.harness.process import DescribeTask, Failed, Job, work
 from bench.record import Cell, Record, read
 from bench.results.ranking import is_right
 from bench.results.rows import gather
-from tests.places import ROOT
 from tests.plugin_files import BODIES, STUCK, limited_when_stuck, write_plugin
 
 TIME_LIMIT_S = 0.2
@@ -206,19 +205,6 @@ def test_no_worker_outlives_the_run(outcome: tuple[Result, Record]) -> None:
     assert not [
         p for p in psutil.Process(os.getpid()).children() if "bench.harness.worker" in " ".join(p.cmdline())
     ]
-
-
-@pytest.mark.long
-def test_proxqp_started_from_a_result_it_does_not_have_is_a_row_with_a_reason(tmp_path: Path) -> None:
-    pytest.importorskip("proxsuite")
-    study = ROOT / "docs" / "studies" / "proxqp_previous.py"
-    options = ["--vehicle=ukwial", "--demands=active", f"--plugin={study}", "--method=pinv"]
-    tiny = ["--n=8", "--budget-ms=1", "--repeats=1", "--time-limit=10", f"--out={tmp_path}"]
-    result = CliRunner().invoke(cli, ["run", *options, *tiny], standalone_mode=False)
-    assert result.return_value == 0, result.output  # a failure is a row, not a wrong answer
-    status = {cell.key.method: cell.status for cell in read(tmp_path).cells}
-    assert status["proxqp-previous"] in ("crashed", "timeout")  # it does the one or the other
-    assert status["pinv"] == "ok"
 
 
 @pytest.mark.usefixtures("bare_runs")
