@@ -1,11 +1,11 @@
 """``thrustbench check``."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.commands import NOISE, PATH, check_picture, echo, wrench_noise
+from bench.commands import NOISE, PATH, check_picture, echo, log_options, read_options, wrench_noise
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,8 +25,9 @@ TITLE = "drawn by thrustbench check"
 @click.option("--failures", is_flag=True, help="Failures that show, look alike, and demands to tell them.")
 @NOISE
 @click.option(
-    "--demands", type=PATH, metavar="CSV", help="With --failures: demands that are flown, in order."
+    "--demands", type=PATH, metavar="LOG", help="With --failures: demands that are flown, in order."
 )
+@log_options
 @click.option("-o", "--output", type=PATH, help="With --failures: the demands to fly, as CSV.")
 @click.option("--fit-current", "log", type=PATH, metavar="LOG", help="Fit currents to a log of outputs.")
 @click.option("--autopilot", default="", metavar="A", help="ardusub:FRAME, px4, a parameter file, or key.")
@@ -44,6 +45,7 @@ def command(
     autopilot: str,
     picture: Path | None,
     no_picture: bool,
+    **reading: Any,
 ) -> int:
     """Say what is odd about a vehicle file, and draw the vehicle.
 
@@ -69,6 +71,8 @@ def command(
     check_picture(picture)
     if not failures and (noise or demands or output):
         raise click.UsageError("--noise, --demands and -o are of --failures; give that too")
+    if any(reading.values()) and not demands:
+        raise click.UsageError("--scale, --columns, --frame and --topic are of --demands; give that too")
     if failures and as_json:
         raise click.UsageError("--failures is text, and a CSV with -o; leave out --json")
     if log is not None and as_json:
@@ -90,7 +94,7 @@ def command(
     if tried is not None and not as_json:
         echo(as_text(tried))
     if failures and drawn is not None:
-        echo(_isolation(drawn, noise, demands, output))
+        echo(_isolation(drawn, noise, demands, output, **reading))
     if log is not None and drawn is not None:
         echo(fit_text(log, drawn))
     if drawn is not None and mounting is not None and (picture or not (as_json or no_picture)):
@@ -124,7 +128,9 @@ def _read(file: Path, autopilot: str) -> "tuple[Vehicle, Mounting]":
     return vehicle_with(keys, T), poses(keys, T)
 
 
-def _isolation(vehicle: "Vehicle", noise: str, demands: Path | None, output: Path | None) -> str:
+def _isolation(
+    vehicle: "Vehicle", noise: str, demands: Path | None, output: Path | None, **options: Any
+) -> str:
     """Failures that can be told apart, and when, in lines; the demands to fly go into the output."""
     import numpy as np
 
@@ -137,7 +143,7 @@ def _isolation(vehicle: "Vehicle", noise: str, demands: Path | None, output: Pat
     found = isolation(vehicle, wrench_noise(vehicle, noise))
     said, taus, rate_hz = accusation.ASSUMED, None, accusation.RATE_HZ
     if demands is not None:
-        flown = log_for(vehicle, demands)
+        flown = log_for(vehicle, demands, read_options(**options))
         taus, steps = flown.taus, np.diff(flown.t) if flown.t is not None else np.empty(0)
         rate_hz = 1.0 / float(np.median(steps)) if steps.size and np.median(steps) > 0 else rate_hz
         said = f"at {rate_hz:.3g} calls a second and the demands of {demands}"

@@ -145,6 +145,7 @@ def refusal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
         ("codegen|--vehicle|supply-vessel|--method|walsh|--out|out", "walsh: supply-vessel"),
         ("check|gone.yaml", "gone.yaml: can't be read"),
         ("check|ukwial|--noise|1", "--noise, --demands and -o are of --failures; give that too"),
+        ("check|ukwial|--failures|--columns|t=x", "--topic are of --demands; give that too"),
         ("check|ukwial|--demands|a.csv", "--noise, --demands and -o are of --failures; give that too"),
         (
             "check|ukwial|--failures|--noise|1,2",

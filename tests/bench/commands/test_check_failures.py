@@ -45,3 +45,5 @@ def test_each_thruster_has_a_time_and_demands_that_are_stated_are_asked(tmp_path
     ]
     flown.write_text("\n".join(["t,surge,sway,yaw", *rows]))
     assert f"at 10 calls a second and the demands of {flown}" in check("--demands", str(flown))
+    flown.write_text(flown.read_text().replace("sway", "sideways"))
+    assert f"and the demands of {flown}" in check("--demands", str(flown), "--columns", "sway=sideways [N]")
