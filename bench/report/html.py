@@ -157,7 +157,7 @@ def data(machines: Sequence[NamedRun]) -> dict[str, Any]:
 
     ``answers`` has for each place, then for all together, by demand set and vehicle, for each clock, rate and
     budget an index into ``outcomes``: [parts of the sentence in ``words``, an order in ``orders``], and an
-    order is indices into ``labels``.
+    order is indices into ``labels``. ``limits`` has for each rate and budget the place of its limit.
     """
     opening = opening_loop(*(m.run for m in machines))
     rates = sorted({*RATES_HZ, opening.rate_hz})
@@ -196,8 +196,7 @@ def data(machines: Sequence[NamedRun]) -> dict[str, Any]:
         "budget": BUDGETS,
         "clock": CLOCKS_MHz,
         "opening": {"rate": opening.rate_hz, "budget": 100 * opening.budget, "clock": CLOCKS_MHz[1]},
-        "limits": limits,
-        "cycles": sorted({round(clock * limit) for clock in CLOCKS_MHz for limit in limits}),
+        "limits": [limits.index(loop.limit_us) for loop in loops],
         "times": times,
         "sets": sets,
         # A method that is not installed has no formulation.
@@ -260,16 +259,13 @@ def _emulated(run: Run, loops: Sequence[Loop]) -> Iterator[Place]:
             ("", clock, loop): [find_band(k, 1e6 * clock, loop, k.cpi(cpi)).size for k in kernels]
             for clock, loop in product(CLOCKS_MHz, loops)
         }
-        fits: dict[tuple[str, str], dict[int, Fit]] = {}
-        for (_, clock, loop), own in sized.items():
-            for size in own:
-                fits.setdefault((size.vehicle, size.label), {})[round(clock * loop.limit_us)] = size.fit
+        fits = zip(*([size.fit for size in own] for own in sized.values()), strict=True)
         entry = {
             "timed": False,
             "name": emulated_name(target),
             "sure": f"is counted exactly; {cpi.low:g} to {cpi.high:g} cycles an instruction are assumed"
             " where no timing is published.",
-            "methods": [_kernel(k, k.cpi(cpi), fits[k.vehicle, k.label]) for k in kernels],
+            "methods": [_kernel(k, k.cpi(cpi), own) for k, own in zip(kernels, fits, strict=True)],
         }
         yield Place(entry, sized)
 
@@ -324,8 +320,8 @@ def _pool(pool: Pool, rows: Sequence[Row]) -> dict[str, Any]:
     }
 
 
-def _kernel(kernel: KernelCost, cpi: Cpi, fits: Mapping[int, int]) -> dict[str, Any]:
-    """Entry of one counted kernel, with its verdicts by the cycles that it may take."""
+def _kernel(kernel: KernelCost, cpi: Cpi, fits: Sequence[Fit]) -> dict[str, Any]:
+    """Entry of one counted kernel, with its verdicts for each clock, rate and budget."""
     known, size = find_formulation(kernel.formulation), kernel.size
     missed = f"not counted: {', '.join(kernel.missed)}" if kernel.missed else ""
     return {
@@ -336,7 +332,7 @@ def _kernel(kernel: KernelCost, cpi: Cpi, fits: Mapping[int, int]) -> dict[str, 
         "unlimited": not known.limited,
         "instructions": kernel.instructions,
         "cycles": [kernel.instructions * cycles for cycles in (cpi.low, cpi.high)],
-        "fits": "".join(str(int(fits[limit])) for limit in sorted(fits)),
+        "fits": "".join(str(int(fit)) for fit in fits),
         "reason": size.reason or missed,
         "steps": None,
         "memory_MB": None,

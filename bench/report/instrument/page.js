@@ -74,6 +74,14 @@ function update() {
 }
 
 const loopOf = () => ({ rate: state.rate, budget: state.budget / 100, period: 1e6 / state.rate, limit: (state.budget / 100) * (1e6 / state.rate), clock: state.clock });
+
+// The places of the chosen loop among rates and budgets, and among these and clocks.
+function place() {
+  const [rate, budget, clock] = LOOP.map((key) => data[key].indexOf(state[key]));
+  const at = rate * data.budget.length + budget;
+  return [at, clock * data.limits.length + at];
+}
+
 const chosenMachines = () => (data.machines[state.machine] ? [data.machines[state.machine]] : data.machines);
 
 // The sentence and the order of labels for the chosen loop.
@@ -81,19 +89,20 @@ function answer() {
   const one = data.answers[state.machine] ?? data.answers.at(-1);
   const outcomes = (one?.[state.demands] ?? one?.[""])?.[state.vehicle];
   if (!outcomes) return ["nothing was measured.", []];
-  const [rate, budget, clock] = LOOP.map((key) => data[key].indexOf(state[key])), loops = data.rate.length * data.budget.length;
-  const [words, order] = data.outcomes[outcomes[(outcomes.length > loops ? clock * loops : 0) + rate * data.budget.length + budget]];
+  const [at, clocked] = place();
+  const [words, order] = data.outcomes[outcomes[outcomes.length > data.limits.length ? clocked : at]];
   return [words.map((i) => data.words[i]).join(". "), data.orders[order].map((i) => data.labels[i])];
 }
 
 function sizeOf(machine, method, loop) {
+  const [at, clocked] = place();
   if (!machine.timed) {
-    const fit = Number(method.fits[data.cycles.indexOf(Math.round(loop.clock * loop.limit))]), [least, p50] = method.cycles.map((cycles) => cycles / loop.clock);
+    const fit = Number(method.fits[clocked]), [least, p50] = method.cycles.map((cycles) => cycles / loop.clock);
     return { ...method, data: method, machine: machine.name, fit, reason: fit === UNKNOWN ? method.reason : "", least, p50, p999: null, max: null, calls: 0, up_to: (1e6 * loop.budget) / p50, lost: null };
   }
   const pool = method.pools.find((own) => own.demands === state.demands);
   if (!pool) return null;
-  const [fit, reason, late, bound] = data.judged[pool.at[data.limits.indexOf(loop.limit)]];
+  const [fit, reason, late, bound] = data.judged[pool.at[data.limits[at]]];
   return { ...method, ...pool, data: method, machine: machine.name, fit, reason, late, bound, up_to: pool.max ? (1e6 * loop.budget) / pool.max : null };
 }
 

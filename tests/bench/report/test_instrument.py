@@ -322,6 +322,17 @@ def test_an_emulated_processor_is_sized_at_the_clock_that_is_chosen(runs: list[P
     assert opened.inner_text("#verdict") == text.splitlines()[0]
 
 
+def test_beside_a_log_whose_limits_are_half_a_cycle_an_emulated_processor_is_sized(
+    tmp_path: Path, opened: Any
+) -> None:
+    """At 256 Hz 1 % are 6562.5 cycles of 168 MHz, which Python and JavaScript round to different sides."""
+    log = replace(made_up.problem("ukwial"), given=True, rate_hz=256.0)
+    made = made_up.exact_cell("ukwial", "bounded", 1.0), kernel("nullspace@native", 150)
+    folder = made_up.record(tmp_path, made_up.header(), processor("cortex-m7").facts, log, *made)
+    open_report(opened, folder, choice="vehicle=ukwial&rate=256&budget=1&clock=168&machine=1")
+    assert shown(opened)[1][:2] == ["nullspace@native", "fits"]
+
+
 def test_a_loop_that_is_not_offered_is_read_as_the_nearest(runs: list[Path], opened: Any) -> None:
     """A link of before may have any; the page says which one it shows."""
     open_report(opened, runs[0], choice="vehicle=ukwial&rate=250&budget=1e9")
