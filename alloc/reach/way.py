@@ -141,7 +141,7 @@ def polygon_edge(vehicle: Vehicle) -> tuple[FloatArray, Departure]:
     if candidates(vehicle) > FACETS:
         raise NotApplicable(
             f"{vehicle.name}: polygons may span more than {FACETS} facets; give them fewer sides, or"
-            " take a method that needs none, as nullspace"
+            " take a method that needs none, as qp/daqp"
         )
     found = zonotope(vehicle)
     proper = found.tolerance <= NOTHING  # the others span what no thruster pushes

@@ -1,10 +1,12 @@
 """The attainable set of thrusters that turn, against linear programs over the corners of their polygons."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from alloc import Label, NotApplicable, Vehicle, alpha_max, label, load_vehicle
+from alloc import Label, NotApplicable, Vehicle, alpha_max, build, label, load_vehicle
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.reach.attainable import alpha_max_lp, alpha_range, beyond, closed_form_range
 from alloc.reach.volumes import attainable_volume, closed_form_volume, safe_share, uniform_demands
@@ -161,3 +163,20 @@ def test_limits_of_a_call_are_refused() -> None:
     for others in (0.5 * vehicle.f_min, np.zeros(2)):
         with pytest.raises(NotApplicable, match="a call with f_min, f_max takes no azimuth thrusters yet"):
             alpha_max(vehicle, taus, f_min=others)
+
+
+def test_the_method_that_a_refusal_of_too_many_facets_names_takes_the_vehicle(tmp_path: Path) -> None:
+    """Red before: nullspace was named, which refuses d = 4."""
+    turning = [f"{{position: [{at}, 0], azimuth: {{max: 100}}}}" for at in ("2, 1", "2, -1", "-2, 1")]
+    upright = [
+        f"{{position: [{at}, 0], direction: [0, 0, 1]}}" for at in ("1, 1", "-1, 1", "-1, -1", "1, -1")
+    ]
+    file = tmp_path / "boat.yaml"
+    file.write_text(
+        f"name: boat\ndof: [surge, sway, heave, roll, pitch, yaw]\nf_min: -40\nf_max: 30\n"
+        f"thrusters: [{', '.join(turning + upright)}]\n"
+    )
+    boat = load_vehicle(file)
+    with pytest.raises(NotApplicable, match="than 50000 facets; give them fewer sides, or") as refusal:
+        build("scaled", boat)
+    build(str(refusal.value).split()[-1], boat)
