@@ -7,11 +7,13 @@ import pytest
 
 from alloc import NotApplicable, Status, Vehicle, alpha_max, build, load_vehicle
 from alloc.allocation import BoundedSteps, TwoStage
+from alloc.discovery import catalogue
 from alloc.errors import DemandError
 from alloc.qp import pose_hard
 from alloc.qp.certificate import certify
 from alloc.solvers import default_level, load, missing, names, slow
 from tests.azimuths import boats, corners_lp, demands_around, excess, stationarity
+from tests.places import ROOT
 
 SHARES = (0.1, 0.7, 0.98, 1.02, 2.0)
 LIMIT = 1e-14
@@ -77,6 +79,18 @@ def test_a_solver_that_is_asked_with_bounds_alone_refuses_sides(name: str) -> No
         pytest.skip(said)
     with pytest.raises(NotApplicable, match=f"{name}: is asked here with bounds alone, not with sides"):
         build(f"qp/{name}", boats(1)[0])
+
+
+@pytest.mark.parametrize("page", ["README.md", "CHANGELOG.md"])
+def test_pages_say_how_many_methods_take_azimuths(page: str) -> None:
+    """Red before: both said most methods, of which three in four refuse."""
+    takes = [entry.name for entry in catalogue() if entry.azimuths and entry.solver not in REFUSES]
+    (line,) = (
+        row
+        for row in (ROOT / page).read_text(encoding="utf-8").splitlines()
+        if "`demands`, `allocate`" in row
+    )
+    assert f" {len(takes)} methods" in line
 
 
 def test_a_certificate_of_bounds_alone_refuses_sides() -> None:
