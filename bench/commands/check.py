@@ -93,8 +93,10 @@ def command(
         echo(factors_as_text(mixer, percent))
     if tried is not None and not as_json:
         echo(as_text(tried))
+    remarks: list[str] = []
     if failures and drawn is not None:
-        echo(_isolation(drawn, noise, demands, output, **reading))
+        text, remarks = _isolation(drawn, noise, demands, output, **reading)
+        echo(text)
     if log is not None and drawn is not None:
         echo(fit_text(log, drawn))
     if drawn is not None and mounting is not None and (picture or not (as_json or no_picture)):
@@ -109,6 +111,8 @@ def command(
         file = str(report.path).replace("\n", " ")
         echo(f"thrustbench: {file}{line}: {key}{first.message}{more}", err=True)
         return 2
+    for remark in remarks:  # at last, since a refusal is one line
+        echo(remark, err=True)
     return 0
 
 
@@ -130,28 +134,45 @@ def _read(file: Path, autopilot: str) -> "tuple[Vehicle, Mounting]":
 
 def _isolation(
     vehicle: "Vehicle", noise: str, demands: Path | None, output: Path | None, **options: Any
-) -> str:
-    """Failures that can be told apart, and when, in lines; the demands to fly go into the output."""
+) -> tuple[str, list[str]]:
+    """Failures that can be told apart, and when, in lines; remarks on the log of demands.
+
+    The demands to fly go into the output.
+    """
     import numpy as np
 
+    from alloc.errors import DemandError
     from alloc.files.textfile import write_text
     from alloc.lint.isolation import as_text, isolation
     from bench.inputs.demand_csv import format_demands
-    from bench.inputs.logs import log_for
+    from bench.inputs.log_limits import row_limits
+    from bench.inputs.logs import log_for, rate_hz
     from bench.judging import accusation
 
-    found = isolation(vehicle, wrench_noise(vehicle, noise))
-    said, taus, rate_hz = accusation.ASSUMED, None, accusation.RATE_HZ
-    if demands is not None:
+    found, remarks = isolation(vehicle, wrench_noise(vehicle, noise)), []
+    if demands is None:
+        seconds = accusation.times_of_thrusters(vehicle, found.noise)
+        told = accusation.as_text(vehicle, seconds, accusation.ASSUMED)
+    else:
         flown = log_for(vehicle, demands, read_options(**options))
-        taus, steps = flown.taus, np.diff(flown.t) if flown.t is not None else np.empty(0)
-        rate_hz = 1.0 / float(np.median(steps)) if steps.size and np.median(steps) > 0 else rate_hz
-        said = f"at {rate_hz:.3g} calls a second and the demands of {demands}"
-    seconds = accusation.times_of_thrusters(vehicle, found.noise, taus, rate_hz)
+        limits, known = row_limits(demands, flown.columns, vehicle), rate_hz(flown.t)
+        hz = known or accusation.RATE_HZ
+        if hz * accusation.LATE_S < 1.0:
+            raise DemandError(
+                f"{demands}: t: {1 / hz:g} s between rows, expected at most {accusation.LATE_S:g} s; log each"
+                " call, or state the unit: --columns 't=t [ms]'"
+            )
+        seconds = accusation.times_of_thrusters(vehicle, found.noise, flown.taus, hz, limits)
+        lasting_s = len(flown.taus) / hz
+        said = f"at {hz:.3g} calls a second{'' if known else ' (assumed)'} and the demands of {demands}"
+        if lasting_s < accusation.LATE_S:
+            said += f", which last {lasting_s:.3g} s"
+        told = accusation.as_text(vehicle, seconds, said, lasting_s)
+        remarks = [flown.notes, *([f"warning: {flown.doubt}"] if flown.doubt else [])]
     if output is not None:
         taus = np.array([trial.tau for trial in found.trials]).reshape(-1, vehicle.k)
         write_text(output, format_demands(None, taus, vehicle.dof, frame=vehicle.frame))
-    return f"{as_text(vehicle, found)}\n{accusation.as_text(vehicle, seconds, said)}"
+    return f"{as_text(vehicle, found)}\n{told}", remarks
 
 
 def _pictures(

@@ -56,27 +56,35 @@ def largest_demands(vehicle: Vehicle) -> FloatArray:
     return largest
 
 
-def _stretches(taus: FloatArray, calls: int) -> FloatArray:
-    """Stretches (calls, STRETCHES, k) of demands (N, k), from other starts, in a ring."""
-    starts = np.linspace(0, len(taus), STRETCHES, endpoint=False, dtype=int)
-    return taus[(np.arange(calls)[:, None] + starts) % len(taus)]
+def _stretches(rows: FloatArray, calls: int) -> FloatArray:
+    """Stretches (calls, STRETCHES, m) of rows (N, m), from other starts, in a ring."""
+    starts = np.linspace(0, len(rows), STRETCHES, endpoint=False, dtype=int)
+    return rows[(np.arange(calls)[:, None] + starts) % len(rows)]
 
 
 def times_of_thrusters(
-    vehicle: Vehicle, noise: FloatArray, taus: FloatArray | None = None, rate_hz: float = RATE_HZ
+    vehicle: Vehicle,
+    noise: FloatArray,
+    taus: FloatArray | None = None,
+    rate_hz: float = RATE_HZ,
+    limits: tuple[FloatArray, FloatArray] | tuple[None, None] = (None, None),
 ) -> FloatArray:
     """Time (n,) after which thruster i, off, is accused in SURELY of stretches of demands [s].
 
-    ``taus`` (N, k) are demands call by call [N, N m]; None: wandering ones. Thrusts are T* tau within limits.
+    ``taus`` (N, k) are demands call by call [N, N m], ``limits`` f_min and f_max (N, n) of these calls [N],
+    None: the vehicle's; without ``taus`` demands wander. Thrusts are T* tau within limits.
     """
-    calls = int(LATE_S * rate_hz)
+    calls, (low, high) = int(LATE_S * rate_hz), (vehicle.f_min, vehicle.f_max)
     if taus is None:
         waves = random_waves(np.random.default_rng(0), STRETCHES, vehicle.k)
         demands = wandering_demands(vehicle, waves, np.arange(calls) / rate_hz)
     else:
-        demands = _stretches(taus, min(calls, len(taus)))
+        calls = min(calls, len(taus))
+        demands = _stretches(taus, calls)
+        if limits[0] is not None:
+            low, high = (_stretches(side, calls) for side in limits)
     G = generalized_inverse(vehicle.strong if vehicle.weak_left.any() else vehicle)
-    F = np.clip(demands @ G.T, vehicle.f_min, vehicle.f_max)
+    F = np.clip(demands @ G.T, low, high)
     return seconds_to_accuse(accused_shares(vehicle, noise, np.swapaxes(F, 0, 1)), rate_hz)
 
 
@@ -112,15 +120,18 @@ def accused_shares(
     return shares
 
 
-def as_text(vehicle: Vehicle, seconds: FloatArray, demands: str) -> str:
-    """Lines of ``check --failures``: the time of each thruster, then how many are told soon."""
+def as_text(vehicle: Vehicle, seconds: FloatArray, demands: str, lasting_s: float = LATE_S) -> str:
+    """Lines of ``check --failures``: the time of each thruster, then how many are told soon.
+
+    ``demands`` says which these are, ``lasting_s`` how long they last [s].
+    """
     on = vehicle.working.tolist()
     lines = [
         f"told     {vehicle.called(i)}: "
         + (
             f"if it is off, accused after {seconds[i]:.3g} s"
             if np.isfinite(seconds[i])
-            else "not surely accused"
+            else f"not surely accused in {min(lasting_s, LATE_S):.3g} s"
         )
         for i in on
     ]

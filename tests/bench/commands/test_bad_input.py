@@ -35,6 +35,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "wide.csv").write_text("surge,sway,yaw\n1,2,3,4\n")
     (tmp_path / "other.csv").write_text("surge,heave\n1,2\n")
     (tmp_path / "ned.csv").write_text("# NED\nsurge,sway,yaw\n1,2,3\n")
+    (tmp_path / "slow.csv").write_text("t,surge,sway,yaw\n0,1,2,3\n100,1,2,3\n200,1,2,3\n")
     (tmp_path / "empty.csv").write_text("")
     (tmp_path / "binary.csv").write_bytes(bytes(range(256)))
     (tmp_path / "broken.yaml").write_text("name: [\n")
@@ -150,6 +151,10 @@ def refusal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
         (
             "check|ukwial|--failures|--noise|1,2",
             "--noise has 2 factors, expected one, or one for each of surge",
+        ),
+        (
+            "check|ukwial|--failures|--demands|slow.csv",
+            "slow.csv: t: 100 s between rows, expected at most 60",
         ),
         ("check|ukwial|--failures|--noise|0", "--noise '0': give one number above 0"),
         ("check|ukwial|--failures|--json", "--failures is text, and a CSV with -o; leave out --json"),
