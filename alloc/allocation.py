@@ -55,8 +55,10 @@ class Allocation(NamedTuple):
         for a method without levels
     amps : (n,) current of each thruster [A]; empty for a call without a cap
     forces : (m,) force of each thruster [N], of one that turns its size; empty where none turns
-    angles : (m,) of each thruster that turns, from x towards y, -180 … 180, 0 without a force [deg], NaN of
-        others; empty where none turns
+    angles : (m,) of each thruster that turns, from x towards y, -180 … 180, without a force the one nearest
+        to 0 that it can take [deg], NaN of others; empty where none turns
+    middles : (m,) middle of the sector of each thruster that turns within one [deg], NaN of others; empty
+        where none turns
 
     Raises TypeError where it is asked whether it is true: ``found`` and ``status`` say two different things.
     """
@@ -70,21 +72,24 @@ class Allocation(NamedTuple):
     amps: FloatArray | tuple[()] = ()
     forces: FloatArray | tuple[()] = ()
     angles: FloatArray | tuple[()] = ()
+    middles: FloatArray | tuple[()] = ()
 
     def nearest_angles(self, last: ArrayLike) -> FloatArray:
         """Angles (m,) [deg] the shortest way round from the ``last`` ones (m,), by half a turn at most.
 
-        They go on beyond 180. A thruster without a force, or without an answer, keeps its last angle; one
-        without a last angle, NaN, takes that of ``angles``. Raises DemandError for another shape, and for
-        infinity.
+        They go on beyond 180. A thruster with a sector turns through it, never through its gap. A thruster
+        without a force, or without an answer, keeps its last angle; one without a last angle, NaN, takes
+        that of ``angles``, within its sector. Raises DemandError for another shape, and for infinity.
         """
         before, m = np.asarray(last, dtype=np.float64), len(self.angles)
         if before.shape != (m,) or np.isinf(before).any():
             raise DemandError(f"last has shape {before.shape}; give ({m},), a finite angle a thruster [deg]")
-        known, angles = ~np.isnan(before), np.asarray(self.angles)
-        turn = (angles - before + 180.0) % 360.0 - 180.0
+        known, angles, middles = ~np.isnan(before), np.asarray(self.angles), np.asarray(self.middles)
+        own = middles + 360.0 * np.round(np.where(known, before - middles, 0.0) / 360.0)
+        about = np.where(np.isnan(middles), before, own)
+        turn = (angles - about + 180.0) % 360.0 - 180.0
         kept = np.isnan(angles) | (known & (np.asarray(self.forces) == 0.0))
-        return np.where(kept, before, np.where(known, before + turn, angles))
+        return np.where(kept, before, np.where(np.isnan(about), angles, about + turn))
 
     @property
     def found(self) -> bool:
@@ -248,7 +253,7 @@ def answer(
     amps: FloatArray | tuple[()] = (),
 ) -> Allocation:
     """An Allocation, made without NamedTuple's slower Python-level constructor."""
-    return _new(Allocation, (f, status, iterations, solver_s, share, residual, amps, (), ()))
+    return _new(Allocation, (f, status, iterations, solver_s, share, residual, amps, (), (), ()))
 
 
 def checked(tau: ArrayLike, k: int) -> FloatArray:

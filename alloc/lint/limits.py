@@ -66,9 +66,9 @@ def on_polygons(vehicle: Vehicle) -> Iterator[Remark]:
         azimuth = next(one for one in vehicle.azimuths if one.first == first)
         most = float(np.linalg.norm(azimuth.corners, axis=1).max())
         arc = azimuth.reach[azimuth.reach > 0.0]
-        angles = np.degrees(np.arctan2(*azimuth.corners[np.any(azimuth.corners != 0.0, axis=1)].T[::-1]))
-        whole = (azimuth.reach > 0.0).all()
-        span = "a disc" if whole else f"a sector from {angles[0]:.4g} to {angles[-1]:.4g} degrees"
+        span = "a disc"
+        if azimuth.sector:
+            span = "a sector from {:.4g} to {:.4g} degrees".format(*azimuth.sector)
         yield note(
             f"thrusters[{i}]",
             f"{vehicle.called(i)} gives up to {most:g} N in {span}; of it the {len(arc)} sides of the polygon"

@@ -14,9 +14,10 @@ OFFERED = ("pose", "solve", "worst_case_steps")
 
 
 def with_angles(vehicle: Vehicle, given: Allocation) -> Allocation:
-    """An answer with ``forces`` and ``angles`` out of its ``f``."""
-    forces, angles = polar(vehicle.actuators, given.f.tolist(), vehicle.f_scale)
-    return given._replace(forces=np.array(forces), angles=np.array(angles))
+    """An answer with ``forces`` and ``angles`` out of its ``f``, and the ``middles`` of sectors."""
+    said = polar(vehicle.azimuths, vehicle.actuators, given.f.tolist(), vehicle.f_scale)
+    forces, angles, middles = map(np.array, said)
+    return given._replace(forces=forces, angles=angles, middles=middles)
 
 
 class AzimuthAllocator:

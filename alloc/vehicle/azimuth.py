@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import atan2, ceil, degrees, hypot, nan
+from math import atan2, ceil, degrees, floor, hypot, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -79,6 +79,25 @@ class Azimuth:
         """Indices of the sides, of two that are parallel the first."""
         sines = np.abs(self.normals @ [[0.0, -1.0], [1.0, 0.0]] @ self.normals.T)
         return [i for i in range(len(sines)) if not (sines[i, :i] <= NEARLY).any()]
+
+    @cached_property
+    def sector(self) -> tuple[float, float] | None:
+        """Angles from … to of its forces, the first in -180 … 180 [deg]; None where they are a whole turn."""
+        if (self.reach > 0.0).all():
+            return None
+        far = np.linalg.norm(self.corners, axis=1)
+        x, y = self.corners[far > NEARLY * far.max()].T
+        middle = degrees(atan2(self.middle[1], self.middle[0]))
+        apart = (np.degrees(np.arctan2(y, x)) - middle + 180.0) % 360.0 - 180.0  # below half a turn
+        low, high = (round(middle + float(end), 9) for end in (apart.min(), apart.max()))
+        turns = 360.0 * floor((low + 180.0) / 360.0)
+        return low - turns, high - turns
+
+    @cached_property
+    def rest_angle(self) -> float:
+        """Angle of the ``sector`` nearest to 0, -180 … 180: that of no force [deg]."""
+        low, high = self.sector or (0.0, 0.0)
+        return 0.0 if low <= 0.0 <= high else min(low, high - 360.0 * (high > 180.0), key=abs)
 
     @property
     def components(self) -> list[int]:
@@ -193,21 +212,25 @@ def actuators(azimuths: Sequence[Azimuth], n: int) -> tuple[tuple[int, ...], ...
 
 
 def polar(
-    parts: Sequence[Sequence[int]], f: Sequence[float], largest: float
-) -> tuple[list[float], list[float]]:
-    """Force (m,) [N] and angle (m,) [deg] of each thruster, of thrusts (n,) [N].
+    azimuths: Sequence[Azimuth], parts: Sequence[Sequence[int]], f: Sequence[float], largest: float
+) -> tuple[list[float], list[float], list[float]]:
+    """Force (m,) [N], angle and middle of the sector (m,) [deg] of each thruster, of thrusts (n,) [N].
 
     ``parts`` are the components of each. Of one that turns the angle lies in -180 … 180, from x towards y. A
-    force up to NOTHING of the ``largest`` [N] is none, and its angle 0. Of a fixed one the angle is NaN.
+    force up to NOTHING of the ``largest`` [N] is none, and its angle the ``rest_angle``. Of a fixed one angle
+    and middle are NaN, of a disc the middle.
     """
-    forces, angles = list[float](), list[float]()
+    forces, angles, middles = list[float](), list[float](), list[float]()
+    turning = {azimuth.first: azimuth for azimuth in azimuths}
     for first, *second in parts:
         x, y = f[first] + 0.0, f[second[0]] + 0.0 if second else 0.0
         force = hypot(x, y)
         nothing = force <= NOTHING * largest
+        low, high = (turning[first].sector if second else None) or (nan, nan)
         forces.append(x if not second else 0.0 if nothing else force)
-        angles.append(nan if not second else 0.0 if nothing else degrees(atan2(y, x)))
-    return forces, angles
+        angles.append(nan if not second else turning[first].rest_angle if nothing else degrees(atan2(y, x)))
+        middles.append((low + high) / 2.0)
+    return forces, angles, middles
 
 
 def refuse_azimuths(azimuths: Sequence[Azimuth], what: str, reason: str) -> None:

@@ -325,7 +325,7 @@ def format_thrusts(
 def polar_columns(vehicle: Vehicle, answers: Sequence[Allocation]) -> dict[str, list[float]]:
     """Columns force0 [N] and angle0 [deg] of each thruster that turns, by its number; NaN without thrusts.
 
-    Angles go the shortest way round from those of the last answer, and on beyond 180.
+    Angles go the shortest way round from those of the last answer, and on beyond 180, or through the sector.
     """
     turning = [i for i, components in enumerate(vehicle.actuators) if len(components) > 1]
     columns = {f"{name}{i}": list[float]() for i in turning for name in ("force", "angle")}

@@ -1,6 +1,7 @@
 """QP solvers on thrusters that turn: the sides of polygons are rows of their problem, or are refused."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,10 +10,11 @@ from alloc import NotApplicable, Status, Vehicle, alpha_max, build, load_vehicle
 from alloc.allocation import BoundedSteps, TwoStage
 from alloc.discovery import catalogue
 from alloc.errors import DemandError
+from alloc.live.azimuths import with_angles
 from alloc.qp import pose_hard
 from alloc.qp.certificate import certify
 from alloc.solvers import default_level, load, missing, names, slow
-from tests.azimuths import boats, corners_lp, demands_around, excess, stationarity
+from tests.azimuths import FERRY, boats, corners_lp, demands_around, excess, stationarity
 from tests.places import ROOT
 
 SHARES = (0.1, 0.7, 0.98, 1.02, 2.0)
@@ -142,6 +144,58 @@ def test_angles_go_the_shortest_way_round_and_stay_where_there_is_no_force_or_an
     for wrong in ([0.0], [0.0, np.inf]):
         with pytest.raises(DemandError, match=r"give \(2,\), a finite angle a thruster \[deg\]$"):
             allocate([1.0, 0.0, 0.0]).nearest_angles(wrong)
+
+
+@pytest.mark.parametrize(
+    ("sector", "taken", "rest"),
+    [
+        ("[-90, 90]", (-90.0, 90.0), 0.0),
+        ("[100, 260]", (100.0, 260.0), 100.0),
+        ("[-260, -100]", (100.0, 260.0), 100.0),
+        ("[100, 280]", (100.0, 280.0), -80.0),
+        ("[170, 260]", (170.0, 260.0), -100.0),
+        ("[-120, -40]", (-120.0, -40.0), -40.0),
+        ("[0, 45]", (0.0, 45.0), 0.0),
+        ("[300, 420]", (-60.0, 60.0), 0.0),
+    ],
+)
+def test_a_thruster_turns_through_its_sector_and_rests_within_it(
+    sector: str, taken: tuple[float, float], rest: float, tmp_path: Path
+) -> None:
+    """Red before: half a turn went by -180, so -90, 90, -90 became -90, -270, -450; each rested at 0."""
+    file = tmp_path / "boat.yaml"
+    file.write_text(FERRY.replace("max: 100}, name: stern", f"max: 100, sector_deg: {sector}}}, name: stern"))
+    boat, (low, high) = load_vehicle(file), taken
+    assert [one.sector for one in boat.azimuths] == [None, taken]
+    allocate, last = build("redistribute", boat), np.full(2, np.nan)
+    for asked_deg in (low, high, low, (low + high) / 2.0, high, low):
+        x, y = 50.0 * np.cos(np.radians(asked_deg)), 50.0 * np.sin(np.radians(asked_deg))
+        result = with_angles(boat, allocate([x, y, -1.8 * y])._replace(f=np.array([0.0, 0.0, x, y])))
+        last = result.nearest_angles(last)
+        assert last == pytest.approx([0.0, asked_deg], abs=1e-9)
+        assert (result.nearest_angles([0.0, asked_deg - 720.0]) + 720.0)[1] == pytest.approx(asked_deg)
+    still = allocate([0.0, 0.0, 0.0])
+    assert still.angles == pytest.approx([0.0, rest], abs=1e-9)
+    assert still.nearest_angles(last) == pytest.approx(last)
+    (begun,) = still.nearest_angles(np.full(2, np.nan))[1:]
+    assert low <= begun <= high
+    assert (begun - rest) % 360.0 == 0.0
+
+
+def test_angles_of_boats_stay_within_their_sectors() -> None:
+    rng, turned = np.random.default_rng(15), 0
+    for vehicle in boats(20, seed=8):
+        parts = [at[0] for at in vehicle.actuators]
+        sectors = [(parts.index(one.first), one.sector) for one in vehicle.azimuths if one.sector]
+        allocate, last = build("qp/daqp", vehicle), np.full(len(parts), np.nan)
+        for tau, _ in [asked_for for _ in range(4) for asked_for in asked(vehicle, rng)] if sectors else []:
+            result = allocate(tau)
+            last = result.nearest_angles(last)
+            for i, (low, high) in sectors if result.found else []:
+                assert low - 1e-6 <= last[i] <= high + 1e-6
+                assert result.forces[i] == 0.0 or abs((last[i] - result.angles[i] + 180) % 360 - 180) < 1e-9
+                turned += 1
+    assert turned > 50
 
 
 def test_a_vehicle_of_fixed_thrusters_has_neither_forces_nor_angles() -> None:

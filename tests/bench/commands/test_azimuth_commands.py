@@ -19,6 +19,7 @@ from bench.__main__ import cli
 from bench.commands.check import _read
 from bench.report.pictures.sketch import SHORT_ARROW, sketch
 from bench.report.pictures.style import SETTINGS
+from tests.azimuths import FERRY
 
 DEMANDS = "surge,sway,yaw\n300,-50,400\n-600,0,0\n5000,0,0\n"
 PLUGIN = """\
@@ -94,6 +95,17 @@ def test_angles_of_a_file_go_the_shortest_way_round_from_row_to_row(
     for i in (0, 1):
         said = [float(row[f"angle{i}"]) for row in csv.DictReader(io.StringIO(text))]
         assert said == pytest.approx([170, 170, np.nan, 190, 350, 380], nan_ok=True)
+
+
+def test_angles_of_a_file_stay_within_the_sector(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Red before: 0, -90, -270, -450."""
+    monkeypatch.chdir(tmp_path)
+    boat = FERRY.replace("max: 100}, name: stern", "max: 100, sector_deg: [-90, 90]}, name: stern")
+    (tmp_path / "boat.yaml").write_text(boat)
+    (tmp_path / "asked.csv").write_text("surge,sway,yaw\n0,0,0\n0,-90,0\n0,90,0\n0,-90,0\n")
+    text = run("allocate --vehicle boat.yaml --method nullspace asked.csv")
+    said = [float(row["angle1"]) for row in csv.DictReader(io.StringIO(text))]
+    assert said == pytest.approx([0, -90, 90, -90])
 
 
 def test_a_ferry_s_copy_goes_through_the_first_steps_of_the_readme(
