@@ -264,7 +264,7 @@ static PyObject *shares(const Native *self, const double *share)
     return made;
 }
 
-enum { FIELDS = 9 }; /* of an Allocation */
+enum { FIELDS = 10 }; /* of an Allocation */
 
 /* The Allocation of one call; limits are NULL where they are the vehicle's. */
 static inline PyObject *answered(const Native *self, const double *tau, const double *f_min, const double *f_max)
