@@ -13,6 +13,7 @@ from alloc.c.statements import STATUS_ENUM
 from alloc.c.target import NOT_FINITE, Target
 from alloc.c.text import IN_C, digits, in_comment, listed, refusals, static, table
 from alloc.errors import NotApplicable
+from alloc.formulations import find_formulation
 from alloc.nullspace.current_cap import CurrentCap
 from alloc.program import Scalar
 from alloc.program.literal import number
@@ -147,8 +148,10 @@ def _macros(target: Target) -> Iterator[tuple[str, str]]:
     yield "CURVES", str(1 if law else len(_tables(target)))
     if not law:
         yield "CELLS", str(CELLS)
-    # Thrusts of several ways are mixed: of these one may meet a limit where the mixture meets none.
-    yield "STRAIGHT", str(int(all(len(state.mixture) == 1 for state in states)))
+    # Of several ways that are mixed one may meet a limit where the mixture meets none; a level that others
+    # follow stops before any limit.
+    parts = [find_formulation(target.method.formulation).parts(state) for state in states]
+    yield "STRAIGHT", str(int(all(len(each) == 1 and each[0].way.goes_straight for each in parts)))
     yield "SPARE", number(SPARE[scalar], scalar)
     yield "TOUCH", number(TOUCH * vehicle.f_scale, scalar)
     zero = number(0.0, scalar)

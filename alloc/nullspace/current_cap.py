@@ -91,7 +91,7 @@ class CurrentCap(Capped):
         low, high = limits
         within = self._before_limits(wrench, low, high, draw, cap)
         if within is not None and len(within.amps):
-            return within if np.sum(within.amps) <= cap else below_rest(self._vehicle)
+            return within if np.sum(within.amps) <= cap else below_rest(self._vehicle, self._levels)
         found = self._uncapped(wrench, low, high)
         if not found.found:
             return found
@@ -102,7 +102,7 @@ class CurrentCap(Capped):
         if within is None:
             within = answers(0.0)
             if not draw.amps(start(low, high)).sum() <= cap:
-                return below_rest(self._vehicle)
+                return below_rest(self._vehicle, self._levels)
         within, steps = cap_share(answers, draw, cap, within, found)
         return within._replace(iterations=found.iterations + steps, amps=draw.amps(within.f))
 
@@ -151,10 +151,10 @@ class CurrentCap(Capped):
         return answers
 
 
-def below_rest(vehicle: Vehicle) -> Allocation:
-    """Answer to a cap that is below what thrusts at rest draw: INFEASIBLE, thrusts (n,) NaN."""
+def below_rest(vehicle: Vehicle, levels: int = 1) -> Allocation:
+    """Answer to a cap that is below what thrusts at rest draw: INFEASIBLE, thrusts (n,) NaN, shares 0."""
     nothing = np.full(vehicle.n, nan)
-    return Allocation(nothing, Status.INFEASIBLE, share=(0.0,), residual=np.zeros(vehicle.k))
+    return Allocation(nothing, Status.INFEASIBLE, share=(0.0,) * levels, residual=np.zeros(vehicle.k))
 
 
 def cap_share(

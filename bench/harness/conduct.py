@@ -23,8 +23,6 @@ LEAK_BYTES = 1 << 20
 """Growth that is told [bytes]: what the C library keeps for later is less."""
 MANY = 128
 """Demands that are asked together, at least: as many as a library is given at once, twice."""
-ROUNDING = 1e-6
-"""Distance of an answer among many from the same one alone, relative to the largest thrust [-]."""
 SHOWN = 40
 """Characters of a library's output that a reason repeats."""
 
@@ -32,8 +30,8 @@ SHOWN = 40
 def misconduct(allocator: Allocator, inputs: Columns, answers: Sequence[Allocation]) -> list[str]:
     """Reasons why an allocator is not fit to fly, each in words; empty for one that only answers.
 
-    ``answers`` are those to ``inputs``, in order. Each demand is asked once more, the last one first: an
-    answer must be the same to the bit, whatever was asked before. Asked together it is so but for rounding.
+    ``answers`` are those to ``inputs``, in order. Each demand is asked once more, the last one first, and
+    many together: an answer must be the same to the bit, whatever was asked before.
     """
     calls = list(zip(*inputs, strict=True))
     with _captured() as output:
@@ -84,13 +82,11 @@ def _dependence(first: Sequence[Allocation], again: Sequence[Allocation]) -> str
 
 
 def _together(allocator: Allocator, inputs: Columns, answers: Sequence[Allocation]) -> str:
-    """The first demand with another answer among many, beyond ROUNDING, in words; empty for none."""
+    """The first demand with another answer among many, in words; empty for none."""
     asked = np.resize(np.arange(len(answers)), max(len(answers), MANY))
     F, statuses = allocator.many(*(np.array(column)[asked] for column in inputs))
-    near = ROUNDING * max((float(np.abs(answer.f).max()) for answer in answers if answer.found), default=0.0)
     for i, f, status in zip(asked.tolist(), F, statuses, strict=True):
-        own = answers[i]
-        if status != own.status or not np.allclose(f, own.f, rtol=0.0, atol=near, equal_nan=True):
+        if status != answers[i].status or not np.array_equal(f, answers[i].f, equal_nan=True):
             return f"answers demand {i} otherwise among many than alone; tba_many does what tba_call does"
     return ""
 

@@ -7,6 +7,7 @@ import pytest
 
 import what_flies
 from alloc import NotApplicable, build, load_vehicle
+from alloc.c.compiled import missing
 from bench.demands import build_demands
 from tests.alloc.foreign.test_foreign import compiled
 
@@ -23,13 +24,14 @@ static uint8_t doubled(const float wrench[6], float thrust[8])
 """
 
 
+@pytest.mark.skipif(bool(missing()), reason=missing() or "-")
 def test_scaled_meets_what_can_be_met_and_turns_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     for name, value in (("N", 60), ("ROUNDS", 1), ("ROUND_NS", 1000)):
         monkeypatch.setattr(what_flies, name, value)
     vehicle = load_vehicle("tiburon")
     sets = [build_demands(each, vehicle, 1, 60) for each in ("uniform", "infeasible")]
-    found = what_flies.rows(sets, {name: build(name, vehicle) for name in ("scaled", "pinv")})
-    exact, plain = found["scaled"], found["pinv"]
+    found = what_flies.rows(sets, {name: build(name, vehicle) for name in ("scaled@native", "pinv@native")})
+    exact, plain = found["scaled@native"], found["pinv@native"]
     assert (exact.missed, exact.beyond, exact.unanswered, exact.conduct) == (0, 0, 0, "")
     assert exact.share == pytest.approx(1, abs=1e-6)
     assert exact.angle_deg < 1e-4

@@ -25,6 +25,8 @@ UNEVEN = replace(
     HEAVY,
     esc=tuple(replace(HEAVY.esc[0], current=PowerLaw(0.07 + i / 99, 0.11, 1.3 + i / 20)) for i in range(8)),
 )
+TURNS = (("yaw",), ("surge", "sway"), ("heave", "roll"))
+SHARING = replace(load_vehicle("bluerov2"), groups=TURNS)
 CASES: dict[str, tuple[Vehicle, Scalar]] = {
     "groups": (HEAVY, "double"),
     "groups in float": (LAW, "float"),
@@ -106,6 +108,35 @@ def test_shares_are_those_of_a_bisection_on_the_path_and_no_call_draws_more_than
         assert status == Status.PARTIAL
         np.testing.assert_allclose(share, expected, atol=NEAR[scalar])
     assert stopped > 20
+
+
+def test_of_groups_that_take_turns_the_answer_is_that_of_python(rng: np.random.Generator) -> None:
+    """The current of such a path may fall, too, so that a bisection may find another share."""
+    under, stopped = bound(SHARING, "double", "scaled-by-group")[1], 0
+    python = {fault: build("scaled-by-group", SHARING.with_fault(fault)) for fault in range(SHARING.n)}
+    python[-1] = build("scaled-by-group", SHARING)
+    for _ in range(250):
+        tau = rng.uniform(0.1, 3.0) * SHARING.TP @ rng.uniform(SHARING.f_min, SHARING.f_max)
+        tau *= rng.random(SHARING.k) < 0.7
+        fault, cap, volts = (
+            int(rng.integers(-1, SHARING.n)),
+            float(rng.uniform(1, 60)),
+            float(rng.uniform(9, 21)),
+        )
+        expected = python[fault](tau, cap=cap, volts=volts)
+        status, f, share = under(tau, SHARING.f_min, SHARING.f_max, fault, cap, volts)
+        stopped += status == expected.status == Status.PARTIAL
+        assert status == expected.status
+        np.testing.assert_allclose(share, expected.share, atol=1e-6)
+        np.testing.assert_allclose(f, expected.f, atol=1e-5 * SHARING.f_scale)
+    assert stopped > 20
+
+
+def test_a_cap_below_rest_leaves_each_group_a_share_of_nothing() -> None:
+    nothing = build("scaled-by-group", SHARING)(np.ones(5), cap=0.0, volts=12.0)
+    groups = build("scaled-by-group", CASES["no thruster stands still"][0])(np.ones(6), cap=0.1, volts=12.0)
+    assert (nothing.found, len(nothing.share)) == (True, 3)
+    assert (groups.status, groups.share) == (Status.INFEASIBLE, (0.0, 0.0))
 
 
 def test_a_thrust_that_rounding_leaves_just_inside_its_limit_counts_as_at_it() -> None:
