@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import psutil
 
-from alloc import Allocation
-from alloc.allocation import Allocator
+from alloc import Allocation, Allocator
 from bench.harness.timing import Columns
 
 LEAK_NS, LEAK_CALLS = 50_000_000, 100_000
