@@ -77,6 +77,10 @@ ELSEWHERE = {
         "tests/studies/test_cross_check.py",
         "from cross_check import ours",
     ),
+    "python docs/studies/eiquadprog.py FOLDER": (
+        "tests/studies/test_eiquadprog.py",
+        "eiquadprog.main(tmp_path)",
+    ),
     "python docs/studies/flown_cycles.py FOLDER": (
         "tests/bench/chips/test_flash.py",
         "from flown_cycles import",
