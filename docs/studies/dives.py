@@ -297,17 +297,25 @@ def of_vehicle(name: str, dives: int, hours: float) -> list[str]:
     ]  # fmt: skip
 
 
+LOG, MONITOR = (0, 1, 2, 3, 4, 5, 11), (0, 6, 7, 8, 9, 10, 12, 13)
+"""Columns of what ``of_vehicle`` finds that belong to the estimate from a log, and to the monitor."""
+
+
 def main(dives: int, hours: float) -> None:
-    """Print the table."""
+    """Print a table of the estimate from a log, and one of the monitor; each vehicle on stderr as it ends."""
     header = [
         "vehicle", "readiness known [%]", "truth in the 95 % interval [%]", "within 0.1 [%]",
-        "can be told apart", "log names a dead one in 10 s [%]", "monitor: right suspect [%]",
+        "can be told apart", "log names a dead one in 10 s [%]", "right suspect [%]",
         "accused in 10 s, foretold [%]", "accused [%]", "told in 10 s", "of these accused [%]",
-        "false accusations: log", "monitor", "its largest odds",
+        "false accusations", "false accusations", "largest odds of these",
     ]  # fmt: skip
-    print("| " + " | ".join(header) + " |\n|" + "|".join([":--"] * len(header)) + "|")
+    lines = [header, [":--"] * len(header)]
     for name in list_vehicles():
-        print("| " + " | ".join(of_vehicle(name, dives, hours)) + " |", flush=True)
+        lines.append(of_vehicle(name, dives, hours))
+        print(*lines[-1], sep=", ", file=sys.stderr, flush=True)
+    for title, columns in (("From a log", LOG), ("The monitor", MONITOR)):
+        rows = ("| " + " | ".join(line[i] for i in columns) + " |" for line in lines)
+        print(f"{title}:", "", *rows, "", sep="\n")
 
 
 if __name__ == "__main__":

@@ -181,6 +181,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         CliRunner().invoke(bench.__main__.cli, ["init", "my-rov", "--like", "bluerov2-heavy"])
+    shutil.copy(ROOT / "alloc/vehicles/azimuth/double-ended-ferry.yaml", folder / "my-ferry.yaml")
     rov = (folder / "my-rov.yaml").read_text(encoding="utf-8")
     (folder / "fused.yaml").write_text(f"{rov}cap: {{amps: 25, reserve: 3}}\n", encoding="utf-8")
     heavy = load_vehicle("bluerov2-heavy")
