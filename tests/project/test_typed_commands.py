@@ -2,6 +2,7 @@
 
 import re
 import shlex
+import shutil
 from collections.abc import Iterator
 from contextlib import chdir, suppress
 from importlib.util import find_spec
@@ -113,12 +114,14 @@ def type_it(words: list[str], folder: Path) -> str:
     elif "robot.urdf" in words and find_spec("urdf_parser_py") is None:
         return "needs the extra urdf"
     place = folder
-    if words[0] == "init" and (folder / f"{words[1]}.yaml").exists():  # the page begins in an empty folder
-        place = folder / "empty"
+    if words[0] == "init" and (folder / "demands.csv").exists():  # the page begins in an empty folder
+        place = folder / f"empty-{words[1]}"
         place.mkdir()
     with chdir(place):
         done = CliRunner().invoke(bench.__main__.cli, words, catch_exceptions=False, standalone_mode=False)
     assert done.return_value in (0, None), done.output
+    if place != folder and not (folder / f"{words[1]}.yaml").exists():
+        shutil.copy(place / f"{words[1]}.yaml", folder)
     return ""
 
 
