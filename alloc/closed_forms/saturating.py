@@ -169,18 +169,12 @@ class PolygonSaturating(Saturating):
         super().__init__(vehicle, name, lambda tau, f, limits: (f, 1))
         self._polygon_rule, self._spare = rule, SPARE * vehicle.f_scale
 
-    def __call__(
-        self,
-        tau: ArrayLike,
-        f_min: ArrayLike | None = None,
-        f_max: ArrayLike | None = None,
-        *,
-        cap: float | None = None,
-        volts: float | None = None,
+    __call__ = Uncapped.__call__
+
+    def allocate(
+        self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
     ) -> Allocation:
         """Allocate one wrench (k,) [N, N m]; ``iterations`` are the passes of the rule."""
-        if cap is not None:
-            raise no_cap(self.formulation)
         wrench, (low, high) = checked(tau, self._k), self._limits_of_call(f_min, f_max)
         turning, f = self._vehicle.turning, self.G.dot(wrench)
         if excess(turning, f[None], low, high, 0.0).max() <= 0.0:
