@@ -97,7 +97,7 @@ def prepare(entry: Entry, vehicle: Vehicle, *, start: str = "", level: str = "")
     if not vehicle.azimuths:
         return entry.prepare(vehicle, **options)
     try:
-        return AzimuthAllocator(entry.prepare(vehicle, **options), vehicle)
+        return AzimuthAllocator(partial(entry.prepare, **options), vehicle)
     except NotApplicable as error:
         if place := vehicle.azimuths[0].place:
             raise NotApplicable(f"{place}: {error}") from error

@@ -15,6 +15,7 @@ from alloc.reach.attainable import FACETS, alpha_range
 from alloc.reach.zonotope import candidates
 from alloc.vehicle import Vehicle
 from alloc.vehicle.condition import condition
+from alloc.vehicle.pieces import combinations as convex_vehicles
 
 INVOLVED = 0.3
 """Share of a lost direction's largest coefficient from which an axis is named, with rows of unit length."""
@@ -229,9 +230,9 @@ def on_failures(found: Sequence[Failure], whole: float) -> Iterator[Remark]:
 
 
 def on_exact_method(vehicle: Vehicle) -> tuple[int | None, list[Remark]]:
-    """Steps of the exact method at worst; None, and a remark, where it does not apply."""
+    """Most steps of the exact method, of all its problems; None, and a remark, where it does not apply."""
     try:
-        return exact(vehicle).worst_case_steps, []
+        return sum(exact(one).worst_case_steps for one in convex_vehicles(vehicle)), []
     except NotApplicable as reason:
         return None, [warning("T", str(reason))]
 

@@ -8,6 +8,7 @@ from alloc.allocation import FloatArray
 from alloc.lint.report import FARTHEST_ARM, Remark, note, warning
 from alloc.reach.attainable import single_axis_maxima
 from alloc.vehicle import Vehicle
+from alloc.vehicle.azimuth import Azimuth
 from alloc.vehicle.geometry import MOMENTS
 from alloc.vehicle.keys import VehicleFile
 
@@ -22,6 +23,8 @@ FAST = 200.0
 """Rate of control [Hz] that few vehicles exceed."""
 NOTHING = 1e-9
 """Share of ``wrench_scale`` up to which what limits leave of an axis is rounding [-]."""
+ANGLES = 1440
+"""Angles of a turn at which the least force is asked for: a quarter of a degree apart."""
 ROUNDED = 0.99
 """Share of f_max that a curve must reach; closer figures differ as tables of three digits do [-]."""
 STRONGEST = 1e7  # N; ten times the thrust of a large ship's bow thruster, so probably mN
@@ -59,21 +62,44 @@ def on_limits(vehicle: Vehicle) -> Iterator[Remark]:
 
 
 def on_polygons(vehicle: Vehicle) -> Iterator[Remark]:
-    """A remark on the set of each thruster that turns, with what its polygon loses of disc or sector."""
+    """A remark on the set of each thruster that turns, with what its polygons lose of disc or sector."""
     for i, (first, *second) in enumerate(vehicle.actuators):
         if not second:
             continue
         azimuth = next(one for one in vehicle.azimuths if one.first == first)
         most = float(np.linalg.norm(azimuth.corners, axis=1).max())
-        arc = azimuth.reach[azimuth.reach > 0.0]
-        span = "a disc"
+        forces = least_forces(azimuth)
+        span = "a disc" if len(forces) == ANGLES else "what zones leave of a disc"
         if azimuth.sector:
             span = "a sector from {:.4g} to {:.4g} degrees".format(*azimuth.sector)
+        arcs = [part.reach[part.reach > 0.0] for part in azimuth.parts]
+        lost = 100 * (1 - min(float(arc.min()) for arc in arcs) / most)
+        said = f"the {len(arcs[0])} sides of the polygon lose {lost:.2g} % at worst"
+        if azimuth.pieces:
+            said = f"the sides of its {len(arcs)} convex pieces lose {lost:.2g} % at worst"
+        least = max(-float(part.reach.min()) for part in azimuth.parts)
+        more = ""
+        if least > 0.0:
+            more = f", and at least {least:.4g} N, at some angles {forces.max():.4g} N"
         yield note(
-            f"thrusters[{i}]",
-            f"{vehicle.called(i)} gives up to {most:g} N in {span}; of it the {len(arc)} sides of the polygon"
-            f" lose {100 * (1 - arc.min() / most):.2g} % at worst",
+            f"thrusters[{i}]", f"{vehicle.called(i)} gives up to {most:g} N in {span}{more}; of it {said}"
         )
+
+
+def least_forces(azimuth: Azimuth) -> FloatArray:
+    """Least force at each of ANGLES angles of a turn that any of the convex pieces has [N]."""
+    angles = np.linspace(0.0, 2.0 * np.pi, ANGLES, endpoint=False)
+    rays = np.column_stack([np.cos(angles), np.sin(angles)])
+    least = np.full(ANGLES, np.inf)
+    for part in azimuth.parts:
+        along = rays @ part.normals.T
+        outside = ((along == 0.0) & (part.reach < 0.0)).any(axis=1)
+        ends = part.reach / np.where(along == 0.0, np.inf, along)
+        near = np.where(along < 0.0, ends, 0.0).max(axis=1)
+        far = np.where(outside, -np.inf, np.where(along > 0.0, ends, np.inf).min(axis=1))
+        least = np.where(near <= far, np.minimum(least, near), least)
+    found: FloatArray = least[np.isfinite(least)]
+    return found
 
 
 def _on_lost_ways(vehicle: Vehicle) -> Iterator[Remark]:

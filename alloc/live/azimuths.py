@@ -1,16 +1,27 @@
-"""Answers that say force and angle of each thruster that turns, whatever method they are of."""
+"""Allocators of vehicles whose thrusters turn: the best of all combinations of pieces, with angles."""
 
+from collections.abc import Callable, Sequence
+from itertools import product
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from alloc.allocation import Allocation, Allocator
+from alloc.allocation import EXACT_TOLERANCE, Allocation, Allocator, FloatArray, Status, StatusArray
+from alloc.errors import DemandError
 from alloc.vehicle import Vehicle
 from alloc.vehicle.azimuth import polar
+from alloc.vehicle.call_limits import at_call, one_by_one
+from alloc.vehicle.pieces import combinations
 
 OFFERED = ("pose", "solve", "worst_case_steps")
 """Parts of an allocator by which its kind is told (``alloc.plugin.TwoStage``, ``BoundedSteps``)."""
+EFFORT_MARGIN = 0.1
+"""Share of the least effort that another combination of pieces must save to take the last one's place [-]."""
+SHARE_MARGIN = 0.01
+"""Share of the demand that another combination must deliver more, where none delivers all [-]."""
+NEAR = 1e-6
+"""Share of the largest limit by which a last force may lie outside of a piece and be from it [-]."""
 
 
 def with_angles(vehicle: Vehicle, given: Allocation) -> Allocation:
@@ -21,19 +32,115 @@ def with_angles(vehicle: Vehicle, given: Allocation) -> Allocation:
 
 
 class AzimuthAllocator:
-    """An allocator of a vehicle whose thrusters turn: another's answers, with forces and angles."""
+    """An allocator of a vehicle whose thrusters turn: a method's answers, with forces and angles.
 
-    def __init__(self, allocator: Allocator, vehicle: Vehicle) -> None:
-        """Wrap the allocator of any method."""
-        self._allocator, self._vehicle = allocator, vehicle
-        self.formulation, self.limited = allocator.formulation, allocator.limited
-        self.tolerance = allocator.tolerance
-        self.many: Any = getattr(allocator, "many", None)
-        self.__dict__ |= {name: getattr(allocator, name) for name in OFFERED if hasattr(allocator, name)}
+    Where sets of forces have several convex pieces the method has an allocator for each combination, and the
+    best answer counts. SOLVED goes before PARTIAL, then more of the demand (shares, level by level; without
+    shares the smaller miss), then less effort f'Hf. With thrusts of the last call the combinations that they
+    may be from stay, unless another saves EFFORT_MARGIN of the effort, delivers SHARE_MARGIN more of the
+    demand, or delivers all of it where they don't.
+    """
 
-    def __call__(self, tau: ArrayLike, *limits: ArrayLike | None, **given: Any) -> Allocation:
-        """Allocate one wrench (k,) [N, N m] as the other does, and say forces and angles."""
-        found = self._allocator(tau, *limits, **given)
+    def __init__(self, make: Callable[[Vehicle], Allocator], vehicle: Vehicle) -> None:
+        """Prepare the allocators that ``make`` returns of convex vehicles."""
+        self._vehicle, first = vehicle, make(combinations(vehicle)[0])
+        self._own_limits = at_call(vehicle)  # those of a piece are others
+        others = combinations(vehicle)[1:] if first.limited else ()
+        self._allocators = [first, *(make(one) for one in others)]
+        self.formulation, self.limited = first.formulation, first.limited
+        self.tolerance = max(each.tolerance for each in self._allocators)
+        self.many: Any = self._many if others else getattr(first, "many", None)
+        if not others:
+            self.__dict__ |= {name: getattr(first, name) for name in OFFERED if hasattr(first, name)}
+
+    def __call__(
+        self,
+        tau: ArrayLike,
+        f_min: ArrayLike | None = None,
+        f_max: ArrayLike | None = None,
+        *,
+        f_previous: ArrayLike | None = None,
+        **given: Any,
+    ) -> Allocation:
+        """Allocate one wrench (k,) [N, N m] as the method does, and say forces and angles.
+
+        ``f_previous`` are the thrusts of the last call (n,) [N]; NaN where that had no answer.
+        """
+        last = None if f_previous is None else self._checked(f_previous)
+        if len(self._allocators) == 1:
+            limits = () if f_min is None and f_max is None else (f_min, f_max)
+            found = self._allocators[0](tau, *limits, **given)
+        else:
+            self._own_limits(f_min, f_max)
+            answers = [allocate(tau, **given) for allocate in self._allocators]
+            stays = (
+                range(0) if last is None or np.isnan(last).any() else last_combinations(self._vehicle, last)
+            )
+            found = best_answer(self._vehicle, np.asarray(tau, dtype=np.float64), answers, stays)
         if isinstance(found, Allocation) and np.shape(found.f) == (self._vehicle.n,):
             return with_angles(self._vehicle, found)
         return found  # a plug-in's answer that is none: what holds it to its promises says so
+
+    def _checked(self, f_previous: ArrayLike) -> FloatArray:
+        last, n = np.asarray(f_previous, dtype=np.float64), self._vehicle.n
+        if last.shape != (n,) or np.isinf(last).any():
+            raise DemandError(f"f_previous has shape {last.shape}; give ({n},), finite thrusts [N]")
+        return last
+
+    def _many(
+        self,
+        taus: ArrayLike,
+        f_min: ArrayLike | None = None,
+        f_max: ArrayLike | None = None,
+        **given: Any,
+    ) -> tuple[FloatArray, StatusArray]:
+        """Allocate (N, k) wrenches one after the other, none with the thrusts of another."""
+        return one_by_one(self, self._vehicle, taus, f_min, f_max, **given)
+
+
+def last_combinations(vehicle: Vehicle, last: FloatArray) -> Sequence[int]:
+    """Indices of the ``combinations`` whose pieces the last thrusts (n,) may be from: the nearest ones."""
+    near = []
+    for azimuth in vehicle.turning:
+        f = last[azimuth.components]
+        beyond = np.array([max((part.normals @ f - part.reach).max(), 0.0) for part in azimuth.parts])
+        near.append(beyond <= beyond.min() + NEAR * vehicle.f_scale)
+    return np.flatnonzero([all(chosen) for chosen in product(*near)]).tolist()
+
+
+def best_answer(
+    vehicle: Vehicle, tau: FloatArray, answers: Sequence[Allocation], stays: Sequence[int]
+) -> Allocation:
+    """The best of answers of all combinations, or of those that ``stays`` names where that is near enough.
+
+    Its iterations and its solver's time are those of all answers together.
+    """
+    iterations = sum(one.iterations for one in answers)
+    solver_s = sum(one.solver_s for one in answers)
+    found = [i for i, one in enumerate(answers) if one.found]
+    if not found:
+        worst = max(answers, key=lambda one: one.status)  # NOT_CONVERGED is above INFEASIBLE
+        return worst._replace(iterations=iterations, solver_s=solver_s)
+    status = min(answers[i].status for i in found)
+    left = [i for i in found if answers[i].status == status]
+    delivered = {i: _delivered(vehicle, tau, answers[i]) for i in left}
+    efforts = {i: float(answers[i].f @ vehicle.H @ answers[i].f) for i in left}
+    kept = [i for i in left if i in {*stays}]
+    for level in range(len(delivered[left[0]])):
+        most = max(delivered[i][level] for i in left)
+        left = [i for i in left if delivered[i][level] >= most - EXACT_TOLERANCE]
+        kept = [i for i in kept if delivered[i][level] >= most - SHARE_MARGIN]
+    best = min(left, key=efforts.__getitem__)
+    kept = [i for i in kept if efforts[i] <= (1.0 + EFFORT_MARGIN) * efforts[best]]
+    if kept and best not in kept:
+        best = min(kept, key=efforts.__getitem__)
+    return answers[best]._replace(iterations=iterations, solver_s=solver_s)
+
+
+def _delivered(vehicle: Vehicle, tau: FloatArray, given: Allocation) -> tuple[float, ...]:
+    """Shares of an answer; of one without shares 1 less what it misses of the demand, 1 where SOLVED."""
+    if given.share or given.status == Status.SOLVED:
+        return given.share or (1.0,)
+    asked = float(np.linalg.norm(tau / vehicle.wrench_scale))
+    missed = float(np.linalg.norm((vehicle.TP @ given.f - tau) / vehicle.wrench_scale))
+    return (1.0 - missed / asked,) if asked > 0.0 else (-missed,)

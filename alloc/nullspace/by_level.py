@@ -23,6 +23,7 @@ from alloc.formulations import Formulation, Part, mixed
 from alloc.nullspace.allocator import exact
 from alloc.nullspace.structure import decompose
 from alloc.reach.edge import start
+from alloc.reach.way import at_rest
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import at_call, limits_of
 
@@ -183,8 +184,11 @@ class ByLevel(Uncapped):
     ) -> Allocation:
         """The answer where no thrusts are found for the end of the way: for as much of it as they are."""
         low, high = np.array(limits).T
-        best = answer(start(low, high), Status.PARTIAL, share=self._nothing, residual=self._none)
+        f0 = at_rest(self._strong) if self._strong.azimuths else start(low, high)
+        best = answer(f0, Status.PARTIAL, share=self._nothing, residual=self._none)
         path = self.path(wrench, low, high)
+        if self._strong.azimuths:
+            best = path(self._nothing) or best
 
         def reached(lost: float) -> bool:
             nonlocal best

@@ -17,6 +17,7 @@ from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import limits_of
 from alloc.vehicle.current import checked_cap
 from alloc.vehicle.degeneracy import NOTHING
+from alloc.vehicle.pieces import combinations
 
 BAND = 1e-3
 """Half width of the boundary label in alpha: within it, solvers at their default accuracy (1e-3 to 1e-6)
@@ -106,9 +107,14 @@ def alpha_range(
     With a wrench ``start`` (k,) [N, N m] it is start + alpha tau, within the vehicle's own limits.
     If zero thrust lies inside the limits, the least is <= 0, and tau is attainable where alpha* >= 1. If
     not, tau is attainable where alpha* >= 1 and the least is <= 1. Limits and cap are as in ``alpha_max``;
-    where f_min exceeds f_max there is no alpha. Under a cap each takes a linear program.
+    where f_min exceeds f_max there is no alpha. Under a cap each takes a linear program. Where sets of forces
+    have several convex pieces these are the ends of a union, which may have gaps; ``label`` sees them.
     """
     demands = checked_many(taus, vehicle.k)
+    if len(each := combinations(vehicle)) > 1:
+        limits_of(vehicle, len(demands), f_min, f_max)  # none but the vehicle's own
+        found = [alpha_range(one, demands, start=start) for one in each]
+        return np.minimum.reduce([low for low, _ in found]), np.maximum.reduce([high for _, high in found])
     if cap is not None:
         rows = list(zip(demands, *limits_of(vehicle, len(demands), f_min, f_max), strict=True))
         ends = [
@@ -225,12 +231,18 @@ def label(
 
     A demand is infeasible where alpha* < 1 - band; else boundary where |alpha* - 1| <= band; else
     inactive where T* tau lies inside the limits, and its current within the cap, active where it does not.
-    Limits and cap are as in ``alpha_max``.
+    Limits and cap are as in ``alpha_max``. Of several combinations of convex pieces the first label counts
+    that one of them has, and the largest margins.
     """
-    taus = checked_many(taus, vehicle.k)
-    least, most = alpha_range(vehicle, taus, f_min, f_max, cap=cap, volts=volts)
-    low, high = limits_of(vehicle, len(taus), f_min, f_max)
-    f = taus @ generalized_inverse(vehicle).T
+    demands = checked_many(taus, vehicle.k)
+    if len(each := combinations(vehicle)) > 1:
+        limits_of(vehicle, len(demands), f_min, f_max)  # none but the vehicle's own
+        found = [label(one, demands, band) for one in each]
+        first = np.minimum.reduce([one.label for one in found])
+        return Margins(first, *(np.maximum.reduce([one[i] for one in found]) for i in (1, 2)))
+    least, most = alpha_range(vehicle, demands, f_min, f_max, cap=cap, volts=volts)
+    low, high = limits_of(vehicle, len(demands), f_min, f_max)
+    f = demands @ generalized_inverse(vehicle).T
     clearance = np.minimum(high - f, f - low).min(axis=1)
     if (rows := vehicle.half_planes) is not None:
         clearance = np.minimum(clearance, (rows.reach - f @ rows.A.T).min(axis=1))
@@ -258,10 +270,13 @@ def alpha_max_lp(
     With a wrench ``start`` (k,) [N, N m] it is the largest alpha for which start + alpha tau is attainable.
     It shares no facets with ``alpha_max``, which it checks, and is some thousand times slower. Its unknowns
     are how far each thrust goes along each straight piece of its current from f_min, one without a ``cap``,
-    and alpha. Slopes rise, so no piece is taken before those that cost less.
+    and alpha. Slopes rise, so no piece is taken before those that cost less. Of several combinations of
+    convex pieces it is the largest.
     """
     from scipy.optimize import linprog
 
+    if len(each := combinations(vehicle)) > 1:
+        return max(alpha_max_lp(one, tau, start=start) for one in each)
     t = checked(tau, vehicle.k) / vehicle.wrench_scale
     size = float(np.abs(t).max())
     moves = size > 0.0

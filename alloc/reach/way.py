@@ -8,9 +8,10 @@ import numpy as np
 from alloc.allocation import BoolArray, FloatArray
 from alloc.errors import NotApplicable
 from alloc.reach.attainable import FACETS
-from alloc.reach.edge import edge, share, shares, slack_table, start
+from alloc.reach.edge import INSET, edge, share, shares, slack_table, start
 from alloc.reach.zonotope import candidates, zonotope
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
+from alloc.vehicle.azimuth import rest_thrusts
 from alloc.vehicle.degeneracy import NOTHING
 
 Levels = Sequence[Sequence[str]]
@@ -133,6 +134,11 @@ class Departure(NamedTuple):
     size: FloatArray
 
 
+def at_rest(vehicle: Vehicle) -> FloatArray:
+    """Thrusts (n,) at rest where thrusters turn: 0, or a little inside of what leaves 0 out [N]."""
+    return rest_thrusts(vehicle.turning, start(vehicle.f_min, vehicle.f_max), INSET)
+
+
 def polygon_edge(vehicle: Vehicle) -> tuple[FloatArray, Departure]:
     """(M, k) outward normals of the set of thrusters that turn, in scaled wrench, and the start within it.
 
@@ -145,8 +151,8 @@ def polygon_edge(vehicle: Vehicle) -> tuple[FloatArray, Departure]:
         )
     found = zonotope(vehicle)
     proper = found.tolerance <= NOTHING  # the others span what no thruster pushes
-    f0 = start(vehicle.f_min, vehicle.f_max)
-    w = vehicle.TP.dot(f0)
+    none = (found.support >= 0.0).all()  # no wrench is attainable, also with forces that can't be zero
+    w = np.zeros(vehicle.k) if none else vehicle.TP.dot(at_rest(vehicle))
     slack = np.maximum(found.support - found.facets @ (w / found.scale), 0.0)[proper]
     return found.facets[proper], Departure(w, slack, np.ones(()))
 

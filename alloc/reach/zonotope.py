@@ -16,6 +16,7 @@ from alloc.allocation import FloatArray
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
 from alloc.vehicle.azimuth import HalfPlanes, refuse_azimuths
 from alloc.vehicle.degeneracy import FLAT, NOTHING, independent
+from alloc.vehicle.pieces import combinations as combinations_of
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -99,9 +100,14 @@ def edges(vehicle: Vehicle) -> FloatArray:
 
 
 def candidates(vehicle: Vehicle) -> int:
-    """Number of subsets of thrusters, or of edges where some turn, that may span a facet."""
-    count = edges(vehicle).shape[1] if vehicle.azimuths else len(vehicle.working)
-    return comb(count, max(vehicle.rank - 1, 0))
+    """Number of subsets of thrusters, or of edges where some turn, that may span a facet.
+
+    Of several combinations of convex pieces it is the largest number.
+    """
+    spanning = max(vehicle.rank - 1, 0)
+    if not vehicle.azimuths:
+        return comb(len(vehicle.working), spanning)
+    return max(comb(edges(one).shape[1], spanning) for one in combinations_of(vehicle))
 
 
 def farthest_thrusts(

@@ -27,7 +27,7 @@ class HalfPlanes(NamedTuple):
     Attributes
     ----------
     A : (q, n) rows of unit length, none of a thruster that is off [-]
-    reach : (q,) at least 0 [N]
+    reach : (q,) negative where zero force is left out [N]
     """
 
     A: FloatArray
@@ -36,22 +36,36 @@ class HalfPlanes(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Azimuth:
-    """A thruster that turns, as the convex polygon of forces that it can give; zero is one of them.
+    """A thruster that turns, as the convex polygon of forces that it can give, or as several.
 
     Attributes
     ----------
     first : index of its force along x in f; the next one is along y
-    corners : (v, 2) corners of the polygon, turning from x to y [N]
+    corners : (v, 2) corners of the polygon, turning from x to y [N]; of several, those of all
     place : file, line and key that it is from; empty for one that is from no file
+    pieces : corners of each of several polygons; empty for one
+    arc : angles from … to of the forces of several polygons [deg]; None for a whole turn, and where zones
+        interrupt it
     """
 
     first: int
     corners: FloatArray
     place: str = ""
+    pieces: tuple[FloatArray, ...] = ()
+    arc: tuple[float, float] | None = None
+
+    @cached_property
+    def parts(self) -> tuple["Azimuth", ...]:
+        """The same with one polygon, for each; itself where it has one."""
+        return tuple(Azimuth(self.first, one, self.place) for one in self.pieces) or (self,)
 
     @cached_property
     def normals(self) -> FloatArray:
-        """(v, 2) outward unit normals of the sides, the first from corner 0 to corner 1 [-]."""
+        """(v, 2) outward unit normals of the sides, the first from corner 0 to corner 1 [-].
+
+        Raises NotApplicable for several polygons, and so does all that follows from sides.
+        """
+        refuse_pieces([self], "what is asked for")
         along = np.roll(self.corners, -1, axis=0) - self.corners
         across = np.column_stack([along[:, 1], -along[:, 0]])
         normals: FloatArray = across / np.linalg.norm(across, axis=1, keepdims=True)
@@ -83,6 +97,8 @@ class Azimuth:
     @cached_property
     def sector(self) -> tuple[float, float] | None:
         """Angles from … to of its forces, the first in -180 … 180 [deg]; None where they are a whole turn."""
+        if self.pieces:
+            return self.arc
         if (self.reach > 0.0).all():
             return None
         far = np.linalg.norm(self.corners, axis=1)
@@ -96,6 +112,8 @@ class Azimuth:
     @cached_property
     def rest_angle(self) -> float:
         """Angle of the ``sector`` nearest to 0, -180 … 180: that of no force [deg]."""
+        if self.pieces:
+            return min((part.rest_angle for part in self.parts), key=abs)
         low, high = self.sector or (0.0, 0.0)
         return 0.0 if low <= 0.0 <= high else min(low, high - 360.0 * (high > 180.0), key=abs)
 
@@ -141,18 +159,39 @@ def nearest_thrusts(
     """Thrusts (N, n) within limits that are nearest to F (N, n), thruster by thruster [N].
 
     A fixed thruster's is cut at its limit, (n,) or (N, n); of one that turns the force goes straight to its
-    polygon. Where f_min exceeds f_max, f_max counts.
+    polygon, or to the nearest of several. Where f_min exceeds f_max, f_max counts.
     """
     nearest = np.clip(F, f_min, f_max)
     for azimuth in azimuths:
-        f, corners = F[:, azimuth.components], azimuth.corners
-        along = np.roll(corners, -1, axis=0) - corners
-        share = ((f[:, None] - corners) * along).sum(axis=2) / (along**2).sum(axis=1)
-        feet = corners + np.clip(share, 0.0, 1.0)[:, :, None] * along
+        f = F[:, azimuth.components]
+        feet = np.stack([_nearest(part, f) for part in azimuth.parts], axis=1)
         first = np.linalg.norm(feet - f[:, None], axis=2).argmin(axis=1)
-        inside = (f @ azimuth.normals.T <= azimuth.reach).all(axis=1, keepdims=True)
-        nearest[:, azimuth.components] = np.where(inside, f, feet[np.arange(len(f)), first])
+        nearest[:, azimuth.components] = feet[np.arange(len(f)), first]
     return nearest
+
+
+def _nearest(azimuth: Azimuth, f: FloatArray) -> FloatArray:
+    """Forces (N, 2) of the polygon that are nearest to f (N, 2) [N]."""
+    corners = azimuth.corners
+    along = np.roll(corners, -1, axis=0) - corners
+    share = ((f[:, None] - corners) * along).sum(axis=2) / (along**2).sum(axis=1)
+    feet = corners + np.clip(share, 0.0, 1.0)[:, :, None] * along
+    first = np.linalg.norm(feet - f[:, None], axis=2).argmin(axis=1)
+    inside = (f @ azimuth.normals.T <= azimuth.reach).all(axis=1, keepdims=True)
+    return np.where(inside, f, feet[np.arange(len(f)), first])
+
+
+def rest_thrusts(azimuths: Sequence[Azimuth], f0: FloatArray, inset: float) -> FloatArray:
+    """Thrusts (n,) f0 [N] with forces within polygons that leave out zero force.
+
+    Each is the polygon's nearest to zero, by a share ``inset`` of the way on towards its middle.
+    """
+    f = f0.copy()
+    for azimuth in azimuths:
+        if not (azimuth.reach >= 0.0).all():
+            foot = _nearest(azimuth, np.zeros((1, 2)))[0]
+            f[azimuth.components] = foot + inset * (azimuth.middle - foot)
+    return f
 
 
 def excess(
@@ -160,20 +199,21 @@ def excess(
 ) -> FloatArray:
     """Distance of thrusts (N, n) beyond each thruster's limits (N, n), negative inside [N].
 
-    Both components of a thruster that turns have the distance of its force. Limits are (n,) or (N, n);
-    ``rounding`` is what products may leave beyond a side of a polygon [N].
+    Both components of a thruster that turns have the distance of its force, of several polygons the least.
+    Limits are (n,) or (N, n); ``rounding`` is what products may leave beyond a side of a polygon [N].
     """
     beyond: FloatArray = np.maximum(F - f_max, f_min - F)
     for azimuth in azimuths:
-        sides = F[:, azimuth.components] @ azimuth.normals.T - azimuth.reach
-        beyond[:, azimuth.components] = sides.max(axis=1, keepdims=True) - rounding
+        f = F[:, azimuth.components]
+        each = [(f @ part.normals.T - part.reach).max(axis=1, keepdims=True) for part in azimuth.parts]
+        beyond[:, azimuth.components] = np.minimum.reduce(each) - rounding
     return beyond
 
 
 def check_azimuths(
     name: str, azimuths: Sequence[Azimuth], readiness: FloatArray, others: Sequence[object]
 ) -> None:
-    """Raise VehicleError where azimuths share components, or polygons are not convex around zero.
+    """Raise VehicleError where azimuths share components, or polygons are not convex.
 
     ``others`` are the vehicle's parts that do not go with azimuths yet, None for those that it has not.
     """
@@ -181,17 +221,23 @@ def check_azimuths(
         raise VehicleError(f"{name}: azimuths have no slew rates, voltages, ESCs, caps or autopilots yet")
     n, taken = len(readiness), list[int]()
     for azimuth in azimuths:
-        corners, (x, y) = azimuth.corners, azimuth.components
+        x, y = azimuth.components
         if not 0 <= x < y < n or {x, y} & {*taken} or readiness[x] != readiness[y]:
             raise VehicleError(f"{name}: azimuths need two components of f each, as ready as one another")
         taken += [x, y]
-        if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3 or not np.isfinite(corners).all():
-            raise VehicleError(f"{name}: an azimuth's corners are three or more pairs of finite numbers [N]")
-        along = np.roll(corners, -1, axis=0) - corners
-        after = np.roll(along, -1, axis=0)
-        turning = along[:, 0] * after[:, 1] - along[:, 1] * after[:, 0]
-        if not (turning > 0.0).all() or not (azimuth.reach >= 0.0).all():
-            raise VehicleError(f"{name}: an azimuth's polygon is not convex, from x to y, around zero")
+        for part in azimuth.parts:
+            _check_corners(name, part.corners)
+
+
+def _check_corners(name: str, corners: FloatArray) -> None:
+    if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3 or not np.isfinite(corners).all():
+        raise VehicleError(f"{name}: an azimuth's corners are three or more pairs of finite numbers [N]")
+    along = np.roll(corners, -1, axis=0) - corners
+    after = np.roll(along, -1, axis=0)
+    turning = along[:, 0] * after[:, 1] - along[:, 1] * after[:, 0]
+    turns = np.arctan2(turning, (along * after).sum(axis=1)).sum() / (2.0 * np.pi)
+    if not (turning > 0.0).all() or not turns < 1.5:  # a star turns more than once
+        raise VehicleError(f"{name}: an azimuth's polygon is not convex, from x to y")
 
 
 def half_planes(azimuths: Sequence[Azimuth], n: int) -> HalfPlanes | None:
@@ -238,6 +284,17 @@ def refuse_azimuths(azimuths: Sequence[Azimuth], what: str, reason: str) -> None
     if azimuths:
         place = f"{azimuths[0].place}: " if azimuths[0].place else ""
         raise NotApplicable(f"{place}{what} takes no azimuth thrusters yet: {reason}; see docs/azimuth.md")
+
+
+def refuse_pieces(azimuths: Sequence[Azimuth], what: str) -> None:
+    """Raise NotApplicable, with a place, where a set of forces has several convex pieces."""
+    for azimuth in azimuths:
+        if azimuth.pieces:
+            place = f"{azimuth.place}: " if azimuth.place else ""
+            raise NotApplicable(
+                f"{place}{len(azimuth.pieces)} convex pieces, and {what} takes sets of one piece alone; see"
+                " docs/azimuth.md"
+            )
 
 
 def bounding_box(azimuths: Sequence[Azimuth], f_min: FloatArray, f_max: FloatArray) -> None:

@@ -8,8 +8,9 @@ from msgspec.structs import replace
 
 from alloc.allocation import FloatArray
 from alloc.errors import VehicleError
-from alloc.vehicle.azimuth import Azimuth, polygon_corners
+from alloc.vehicle.azimuth import Azimuth
 from alloc.vehicle.keys import MISSING, AzimuthKeys, Numbers, Thruster, VehicleFile
+from alloc.vehicle.pieces import Arc, check_combinations, join, largest_least, ring_pieces, sector_pieces
 
 MOST_SIDES = 64
 """Most sides of a polygon: it then loses 0.12 % of the radius."""
@@ -20,16 +21,13 @@ UNSUPPORTED = (
     *("groups", "inertia"),
 )
 """Keys that a file with azimuth thrusters can't have yet."""
-PIECES = "needs several convex pieces, not supported yet"
-
-Arc = tuple[float, float]
 
 
 def expand(keys: VehicleFile) -> tuple[VehicleFile, tuple[Azimuth, ...]]:
     """The keys with each azimuth thruster as two fixed ones along x and y, and the azimuths.
 
     The keys themselves, and none, where no thruster turns. Raises VehicleError for an azimuth that is none,
-    that needs several convex pieces, or stands beside a key that does not go with it yet.
+    for too many combinations of convex pieces, and for a key that does not go with azimuths yet.
     """
     thrusters = keys.thrusters or []
     if not any(thruster.azimuth for thruster in thrusters):
@@ -54,12 +52,14 @@ def expand(keys: VehicleFile) -> tuple[VehicleFile, tuple[Azimuth, ...]]:
         key = f"thrusters[{i}]"
         if any(thruster.direction):
             raise VehicleError(f"{key}: has direction and azimuth; keep one of them", key)
-        corners = read_corners(thruster.azimuth, f"{key}.azimuth")
-        azimuths.append(Azimuth(len(made), corners, f"{key}.azimuth"))
+        pieces, sector = read_pieces(thruster.azimuth, f"{key}.azimuth")
+        azimuths.append(join(len(made), pieces, sector, f"{key}.azimuth"))
+        corners = azimuths[-1].corners
         made += [Thruster(thruster.position, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))]
         f_min += corners.min(axis=0).tolist()
         f_max += corners.max(axis=0).tolist()
         prices += [weight, weight]
+    check_combinations(azimuths)
     return replace(keys, thrusters=made, f_min=f_min, f_max=f_max, weights=prices), tuple(azimuths)
 
 
@@ -85,8 +85,11 @@ def check_directions(thrusters: Sequence[Thruster], *, turning: bool = False) ->
         raise VehicleError(f"{key} has length {lengths[i]:.4g}; give a unit vector, as [{entries}]", key)
 
 
-def read_corners(keys: AzimuthKeys, place: str) -> FloatArray:
-    """Corners (v, 2) of the polygon that ``keys`` describe [N]; raises VehicleError, with the ``place``."""
+def read_pieces(keys: AzimuthKeys, place: str) -> tuple[list[FloatArray], Arc | None]:
+    """Convex polygons (v, 2) that ``keys`` describe [N], and the sector that they fill [deg].
+
+    The sector is None for a whole turn, and where zones interrupt it. Raises VehicleError, with the place.
+    """
 
     def refused(key: str, why: str) -> VehicleError:
         return VehicleError(f"{place}.{key}: {why}", f"{place}.{key}")
@@ -113,13 +116,21 @@ def read_corners(keys: AzimuthKeys, place: str) -> FloatArray:
     left = free_arcs((start, end), keys.forbidden_deg)
     if not left:
         raise refused("forbidden_deg", "leaves nothing of the sector; give smaller zones")
-    if keys.min > 0.0:
-        raise refused("min", f"is {keys.min:g}, and a ring {PIECES}; give 0")
-    (low, high), *others = left
-    if others or 180.0 < high - low < 360.0:
-        key = "forbidden_deg" if keys.forbidden_deg else "sector_deg"
-        raise refused(key, f"leaves {_words(left)}, which {PIECES}; give one of up to 180, or all 360")
-    return polygon_corners(keys.max, (low, high), keys.sides)
+    if keys.min >= (below := max(largest_least(keys.max, keys.sides), 0.0)) and keys.min > 0.0:
+        why = (
+            f"is {keys.min:g}; a ring of {keys.sides} sides up to {keys.max:g} N needs less than {below:.4g}"
+        )
+        raise refused("min", f"{why}: give a smaller one, or more sides")
+    pieces = list[FloatArray]()
+    for arc in left:
+        ring = keys.min > 0.0
+        pieces += (
+            ring_pieces(keys.min, keys.max, arc, keys.sides)
+            if ring
+            else sector_pieces(keys.max, arc, keys.sides)
+        )
+    low, high = left[0]
+    return pieces, None if len(left) > 1 or high - low >= 360.0 else (low, high)
 
 
 def free_arcs(sector: Arc, forbidden: Sequence[Arc]) -> list[Arc]:
@@ -141,10 +152,6 @@ def free_arcs(sector: Arc, forbidden: Sequence[Arc]) -> list[Arc]:
     if end - start == 360.0 and cuts and len(arcs) > 1 and arcs[0][0] == start and arcs[-1][1] == end:
         arcs = [(arcs[-1][0] - 360.0, arcs[0][1]), *arcs[1:-1]]
     return arcs
-
-
-def _words(arcs: Sequence[Arc]) -> str:
-    return " and ".join(f"{low:g} to {high:g} degrees" for low, high in arcs)
 
 
 def _limits(keys: VehicleFile, key: str, fixed: int) -> Iterator[float]:

@@ -119,8 +119,13 @@ def command(
         entry = load_plugin(plugin) if plugin else find(method)
         if entry.name != method:
             raise UnknownName(f"holds method '{entry.name}', not '{method}'; give --method {entry.name}")
-        allocator = prepare(entry, answering, start=start, level=level)
-        answers = [allocator(*call, **at) for *call, at in zip(*calls, supply, strict=True)]
+        allocator: Any = prepare(entry, answering, start=start, level=level)
+        answers: list[Allocation] = []
+        memory: dict[str, Any] = {}
+        for *call, at in zip(*calls, supply, strict=True):
+            answers.append(allocator(*call, **at, **memory))
+            if answering.azimuths and not plugin and answers[-1].found:  # pieces stay by hysteresis
+                memory["f_previous"] = answers[-1].f
         if not plugin:
             return answers, {}
         from bench.judging.question import read_promises

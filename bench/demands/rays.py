@@ -47,7 +47,9 @@ def random_thrusts(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatA
     """n thrusts (n, n) uniform within limits; of a thruster that turns a random mean of its corners [N]."""
     f = rng.uniform(vehicle.f_min, vehicle.f_max, size=(n, vehicle.n))
     for azimuth in vehicle.turning:
-        f[:, azimuth.components] = rng.dirichlet(np.ones(len(azimuth.corners)), n) @ azimuth.corners
+        each = [rng.dirichlet(np.ones(len(part.corners)), n) @ part.corners for part in azimuth.parts]
+        chosen = rng.integers(len(each), size=n) if len(each) > 1 else np.zeros(n, dtype=np.intp)
+        f[:, azimuth.components] = np.stack(each)[chosen, np.arange(n)]
     return f
 
 

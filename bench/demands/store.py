@@ -17,6 +17,7 @@ from alloc.vehicle.current import Cap, Current, CurrentTable, PowerLaw
 from alloc.vehicle.esc import Esc
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.limits import Slew, VoltageTable
+from alloc.vehicle.pieces import join
 from alloc.vehicle.weak import Survey
 from bench.demands import NO_SUPPLY, DemandSet, Supply
 
@@ -72,7 +73,7 @@ def unpack_vehicle(arrays: Mapping[str, NDArray[Any]]) -> Vehicle:
         numbers |= {key: arrays.get(key) for key in KNOWN}
     if "azimuths" in arrays:
         places = enumerate(arrays["azimuths"].tolist())
-        numbers["azimuths"] = tuple(Azimuth(first, arrays[f"azimuth {i}"]) for i, first in places)
+        numbers["azimuths"] = tuple(_azimuth(first, arrays, f"azimuth {i}") for i, first in places)
     if "slew up" in arrays:
         numbers["slew"] = Slew(arrays["slew up"], arrays["slew down"])
     if "volts" in arrays:
@@ -98,7 +99,22 @@ def _azimuth_arrays(vehicle: Vehicle) -> dict[str, NDArray[Any]]:
     if not vehicle.azimuths:
         return {}
     firsts = np.array([azimuth.first for azimuth in vehicle.azimuths])
-    return {"azimuths": firsts} | {f"azimuth {i}": one.corners for i, one in enumerate(vehicle.azimuths)}
+    arrays: dict[str, NDArray[Any]] = {"azimuths": firsts}
+    for i, one in enumerate(vehicle.azimuths):
+        arrays[f"azimuth {i}"] = one.corners
+        if one.pieces:
+            arrays[f"azimuth {i} pieces"] = np.array(list(map(len, one.pieces)))
+            arrays[f"azimuth {i} arc"] = np.array(one.arc or (), dtype=np.float64)
+    return arrays
+
+
+def _azimuth(first: int, arrays: Mapping[str, NDArray[Any]], key: str) -> Azimuth:
+    """A thruster that turns, of the arrays that ``_azimuth_arrays`` made."""
+    corners = arrays[key]
+    if f"{key} pieces" not in arrays:
+        return Azimuth(first, corners)
+    pieces = np.split(corners, np.cumsum(arrays[f"{key} pieces"])[:-1])
+    return join(first, pieces, tuple(arrays[f"{key} arc"].tolist()) or None, "")
 
 
 def _esc(arrays: Mapping[str, NDArray[Any]], i: int) -> Esc:

@@ -13,6 +13,7 @@ from alloc import NotApplicable, Vehicle, catalogue, list_vehicles, load_vehicle
 from alloc.discovery import Entry, plugin_name
 from alloc.errors import DemandError, PluginError, UnknownName, unknown
 from alloc.formulations import EXACT_METHODS, find_formulation
+from alloc.vehicle.azimuth import refuse_pieces
 from bench.demands import DemandSet, build_demands
 from bench.demands.generated import STUDIES
 from bench.demands.store import Case, same_vehicle, save_case
@@ -184,6 +185,8 @@ def sampled_methods(taking_part: Iterable[Contender]) -> list[str]:
 def read_demands(settings: RunSettings) -> RunDemands:
     """Read every demand set of every vehicle with every fault; the vehicles of a study come first."""
     named = [load_vehicle(name) for name in settings.vehicles]
+    for vehicle in named:
+        refuse_pieces(vehicle.azimuths, "run")
     whole = [*(STUDIES[settings.study]() if settings.study else ()), *named]
     states = [state for vehicle in whole for state in faulty(vehicle, settings.faults)]
     made: list[DemandSet] = []

@@ -103,8 +103,9 @@ def sketch(vehicle: Vehicle, poses: Mounting) -> Figure:
         _draw(axes, view, drawn, standing.tolist(), lengths, extent)
     for azimuth in vehicle.azimuths:
         (place,) = _project(seen[0], poses.positions[[vehicle.actuators.index(tuple(azimuth.components))]])
-        corners = place + scale * _project(seen[0], azimuth.corners)
-        grid[0, 0].add_patch(Polygon(corners, facecolor=(BLUE, 0.12), edgecolor=BLUE, linewidth=1.6))
+        for part in azimuth.parts:
+            corners = place + scale * _project(seen[0], part.corners)
+            grid[0, 0].add_patch(Polygon(corners, facecolor=(BLUE, 0.12), edgecolor=BLUE, linewidth=1.6))
     _listing(grid[1, 1], vehicle, poses)
     shown = "arrows and polygons show how" if vehicle.azimuths else "arrows show which way positive"
     figure.suptitle(f"{vehicle.name}: {shown} thrust pushes the vehicle", fontsize=10)
