@@ -13,7 +13,7 @@ import numpy as np
 
 from alloc.allocation import Allocator
 from alloc.c.bind import COUNT, native
-from alloc.c.compiled import NATIVE, STANDARD, missing, processor, shared_library
+from alloc.c.compiled import STANDARD, missing, shared_library
 from alloc.errors import NotApplicable, NotInstalled, PluginError
 from alloc.formulations import find_formulation
 from alloc.live.plain import ANY_DISTANCE
@@ -26,6 +26,10 @@ SCALARS: dict[int, type[np.floating]] = {0x100 * VERSION + 8: np.float64, 0x100 
 """Type of a library's numbers by what its ``tba_interface`` returns."""
 WALL, STONE = 4, -1.2345678e30
 """Count and value of the guard numbers around each array that a library gets."""
+EACH = 256
+"""Calls that are guarded at first; then one of so many is."""
+SINGLY = ("-O3", "-fno-tree-vectorize", "-fno-tree-slp-vectorize")
+"""Flags by which numbers are moved one by one: a vector of what was just stored singly waits for it."""
 MOST = 200
 """Most characters of a library's own text that are repeated."""
 
@@ -59,7 +63,8 @@ class _Context(ctypes.Structure):
     _fields_ = (
         *((name, ctypes.c_void_p) for name in ("call", "many", "allocator", "reset")),
         ("name", ctypes.c_char_p),
-        *((name, ctypes.c_int) for name in ("k", "n", "shares")),
+        ("shares", ctypes.c_int),
+        *((name, ctypes.c_uint) for name in ("calls", "unguarded")),
         *((name, PLACES) for name in ("one", "several")),
     )
 
@@ -136,26 +141,26 @@ def bound(
         raise NotApplicable(
             f"{vehicle.name}: {path.name} refuses it: {_text(reason.value) or 'no reason given'}"
         )
-    context = _Context(allocator=allocator, name=path.name.encode(), k=vehicle.k, n=vehicle.n, shares=shares)
+    context = _Context(allocator=allocator, name=path.name.encode(), shares=shares)
     needs = (library, subject, numbers, dof)
-    if hasattr(library, "tba_free"):
-        weakref.finalize(context, _free, allocator, *needs)
     if told and library.tba_fault(ctypes.c_void_p(allocator), ctypes.c_void_p(readiness.ctypes.data)):
         raise NotApplicable(f"{vehicle.name}: {path.name} refuses it: tba_fault takes no such failure")
-    caller = _caller(scalar is np.float32)
+    caller = _caller(scalar is np.float32, vehicle)
     own = ctypes.CDLL(str(caller))
     context.call = _address(own.foreign_nothing if is_idle else library.tba_call)
     context.reset = _address(library.tba_reset) if start == "cold" else None
-    rooms = [_room(context, count, scalar) for count in (1, COUNT)]
+    rooms = [_room(vehicle, shares, count, scalar) for count in (1, COUNT)]
     context.one, context.several = (places for _, places in rooms)
     by_many = start != "cold" and not is_idle and hasattr(library, "tba_many")
     context.many = _address(library.tba_many) if by_many else None
+    life = _Life()
+    weakref.finalize(life, _end, own, context, rooms, *needs)
     return native(
         caller,
         ("foreign_call", "foreign_call"),
         vehicle,
         context=ctypes.addressof(context),
-        needs=(*needs, rooms, context),
+        needs=life,
         formulation=promise.formulation,
         limited=promise.limited,
         tolerance=promise.tolerance,
@@ -172,21 +177,30 @@ def _whole(vehicle: Vehicle) -> Vehicle:
     return replace(vehicle, readiness=np.ones(vehicle.n), f_min=low, f_max=high)
 
 
-def _free(allocator: int, library: ctypes.CDLL, *_: object) -> None:
-    library.tba_free(ctypes.c_void_p(allocator))
+class _Life:
+    """The time in which an allocator may be called."""
+
+
+def _end(own: ctypes.CDLL, context: _Context, _: object, library: ctypes.CDLL, *__: object) -> None:
+    """Look at what the last calls left behind, and free the allocator."""
+    own.foreign_end(ctypes.byref(context))
+    if hasattr(library, "tba_free"):
+        library.tba_free(ctypes.c_void_p(context.allocator))
 
 
 def _address(function: Any) -> int:
     return ctypes.cast(function, ctypes.c_void_p).value or 0
 
 
-def _room(context: _Context, count: int, scalar: type[np.floating]) -> tuple[np.ndarray, ctypes.Array[Any]]:
+def _room(
+    vehicle: Vehicle, shares: int, count: int, scalar: type[np.floating]
+) -> tuple[np.ndarray, ctypes.Array[Any]]:
     """Room for what ``count`` calls read and write, with walls around each array, and where these lie.
 
     The arrays are tau, f_min, f_max, f, share and, as integers, status.
     """
     size = np.dtype(scalar).itemsize
-    each = [count * one for one in (context.k, *[context.n] * 3, context.shares)]
+    each = [count * one for one in (vehicle.k, *[vehicle.n] * 3, shares)]
     each.append(count * np.dtype(np.intc).itemsize // size)
     starts = WALL + np.concatenate([[0], np.cumsum(np.array(each) + WALL)])
     room = np.full(int(starts[-1]), STONE, dtype=scalar)
@@ -244,18 +258,20 @@ def vehicle_numbers(vehicle: Vehicle, scalar: type[np.floating]) -> tuple[np.nda
     )
 
 
-def _caller(single: bool) -> Path:
-    """The library with ``foreign_call``, compiled once for each scalar."""
+def _caller(single: bool, vehicle: Vehicle) -> Path:
+    """The library with ``foreign_call``, compiled once for each scalar and size of a vehicle."""
     texts = {
         name: (resources.files("alloc.foreign") / name).read_text(encoding="utf-8")
         for name in ("call.c", HEADER)
     }
     flags = [
         *STANDARD,
-        "-O3",
-        *(NATIVE if processor() else ()),
+        *SINGLY,
         f"-DWALL={WALL}",
         f"-DCOUNT={COUNT}",
+        f"-DEACH={EACH}",
+        f"-DK={vehicle.k}",
+        f"-DN={vehicle.n}",
         f"-DSTONES={','.join([f'(tba_real){STONE!r}'] * WALL)}",
         *(["-DTBA_FLOAT"] if single else []),
     ]
