@@ -363,7 +363,9 @@ def _entry(name: str, module: ModuleType, variant: "Variant | None" = None) -> E
         starts=variant.starts if variant else tuple(getattr(module, "STARTS", ("-",))),
         levels=variant.levels if variant else tuple(getattr(module, "LEVELS", ("-",))),
         summary=variant.summary if variant else getattr(module, "SUMMARY", summary),
-        azimuths=getattr(module, "AZIMUTHS", False),
+        azimuths=variant.azimuths
+        if variant and variant.azimuths is not None
+        else getattr(module, "AZIMUTHS", False),
         named_only=variant.named_only if variant else getattr(module, "NAMED_ONLY", False),
         missing=variant.missing if variant else "",
         prepare=partial(module.build, variant.key) if variant else module.build,

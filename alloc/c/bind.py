@@ -28,7 +28,7 @@ from alloc.allocation import (
 from alloc.c.compiled import NATIVE, processor, shared_library, unloadable
 from alloc.c.generate import sources
 from alloc.c.statements import ALONE, Statements
-from alloc.c.target import Recipe, Target
+from alloc.c.target import Recipe, Target, function_name, parameters
 from alloc.c.text import helpers
 from alloc.errors import NotInstalled
 from alloc.formulations import Formulation, find_formulation, mixed
@@ -61,14 +61,19 @@ def bound(kernel: Recipe, vehicle: Vehicle) -> Allocator:
     """The kernel for this vehicle as an allocator; raises NotApplicable or NotInstalled.
 
     Calls that give no limits are answered by the C that holds the vehicle's as constants, others by the C
-    that takes them; one library has both.
+    that takes them; one library has both. Where thrusters turn no call has limits but the vehicle's own.
     """
     twin = kernel.build(vehicle)  # states the promises, and refuses what the C would not cover
-    forms = {limits: Target(vehicle=vehicle, method=kernel, faults="none", limits=limits) for limits in FORMS}
-    fixed, call = forms.values()
+    forms = {
+        limits: Target(vehicle=vehicle, method=kernel, faults="none", limits=limits)
+        for limits in (FORMS[:1] if vehicle.azimuths else FORMS)
+    }
+    fixed = forms["fixed"]
+    second = function_name(vehicle, kernel.name, limits="call")
+    taking = sources(forms["call"]) if "call" in forms else _call_adapter(fixed, second)
     return native(
-        shared_library(kernel.name, sources(fixed) | sources(call)),
-        (fixed.name, call.name),
+        shared_library(kernel.name, sources(fixed) | taking),
+        (fixed.name, second),
         vehicle,
         formulation=twin.formulation,
         limited=twin.limited,
@@ -77,6 +82,25 @@ def bound(kernel: Recipe, vehicle: Vehicle) -> Allocator:
         levels=fixed.levels,
         together=_Together(forms),
     )
+
+
+def _call_adapter(target: Target, name: str) -> dict[str, str]:
+    """A function of that name with limits of the call, which are checked to be the vehicle's own."""
+    given = parameters(target.vehicle, target.scalar, "call", target.levels)
+    return {
+        f"{name}.c": f"""\
+#include "{target.name}.h"
+
+int {name}({given});
+
+int {name}({given})
+{{
+    (void)f_min;
+    (void)f_max;
+    return {target.name}({target.arguments("fault")});
+}}
+"""
+    }
 
 
 def native(
@@ -200,9 +224,9 @@ class _Together:
 
     def __call__(self, limits: Where) -> int:
         """The address of the function; 0 where there is none for this kernel or compiler."""
-        target = self._forms[limits]
-        made = side_by_side(target) if processor() else {}
-        if not made:
+        target = self._forms.get(limits)
+        made = side_by_side(target) if target and processor() else {}
+        if not target or not made:
             return 0
         try:
             library = _loaded(shared_library(f"{target.method.name}_abreast", made, ABREAST_FLAGS))

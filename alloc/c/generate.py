@@ -6,7 +6,7 @@ from textwrap import indent
 
 from alloc.c.selftest import selftest
 from alloc.c.statements import NO_SUCH_FAULT, STATUS_ENUM, STATUSES, Statements
-from alloc.c.target import Recipe, Target
+from alloc.c.target import Recipe, Target, component_names
 from alloc.c.text import IN_C, digits, helpers, in_comment, refusals
 from alloc.program import OWN, Program
 from alloc.program.literal import number
@@ -147,7 +147,8 @@ int {name}({target.parameters()})
 
 def _named(vehicle: Vehicle) -> str:
     """The thrusters' names, each on a line of a comment; empty where they have none."""
-    return "".join(f"\n *        f[{i}] {in_comment(name)}" for i, name in enumerate(vehicle.names) if name)
+    names = enumerate(component_names(vehicle))
+    return "".join(f"\n *        f[{i}] {in_comment(name)}" for i, name in names if name)
 
 
 def _functions(target: Target, made: Mapping[int, Program]) -> tuple[list[str], list[str]]:

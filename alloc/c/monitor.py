@@ -29,6 +29,7 @@ from alloc.program import Builder, Program, Scalar, Write
 from alloc.program.literal import number
 from alloc.program.sums import gathered, signed, summed
 from alloc.vehicle import Vehicle
+from alloc.vehicle.azimuth import refuse_azimuths
 from alloc.vehicle.geometry import unit
 
 LASTING = 25
@@ -125,6 +126,7 @@ def monitor(target: Target, noise: FloatArray, lasting: float = LASTING) -> dict
 
     Noise lasts ``lasting`` calls.
     """
+    refuse_azimuths(target.vehicle.azimuths, "--monitor", "it knows thrusters along a line")
     check_noise(target.vehicle, noise, lasting)
     name = f"{target.name}_monitor"
     return {

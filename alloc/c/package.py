@@ -11,7 +11,7 @@ from alloc.c.cap import cap_usage
 from alloc.c.esc import command_type
 from alloc.c.generate import returned
 from alloc.c.monitor import usage
-from alloc.c.target import Recipe, Target
+from alloc.c.target import Recipe, Target, component_names
 from alloc.c.text import BEHIND_HASH, LICENSE
 from alloc.errors import AllocError
 from alloc.formulations import find_formulation
@@ -214,8 +214,10 @@ def page(target: Target, *, esc: bool = False, monitor: bool = False, cap: bool 
         for i, axis in enumerate(vehicle.dof)
     )
     own = "\n".join(
-        f"| `f[{i}]`{f' {vehicle.names[i]}' if vehicle.names else ''} | {low:g} | {high:g} |"
-        for i, (low, high) in enumerate(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
+        f"| `f[{i}]`{f' {name}' if vehicle.names or vehicle.azimuths else ''} | {low:g} | {high:g} |"
+        for i, (name, low, high) in enumerate(
+            zip(component_names(vehicle), vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True)
+        )
     )
     shares = (
         f"\n`share[i]` is the part of level i that was delivered, 0 … 1: {_levels(vehicle, kernel)}. What no"
@@ -227,6 +229,11 @@ def page(target: Target, *, esc: bool = False, monitor: bool = False, cap: bool 
         "\n`f_min` and `f_max` are the limits of this call; those of a thruster that is off are not looked"
         " at. The table has the vehicle's own.\n"
     )
+    moving = moving * at_call
+    if vehicle.azimuths:
+        moving = (
+            "\nThe force of a thruster that turns lies in its polygon; the table has the box around that.\n"
+        )
     allocator = kernel.build(vehicle)
     steps = allocator.worst_case_steps if isinstance(allocator, BoundedSteps) else None
     bound = f": at most {steps} elementary steps" if steps else ""
@@ -273,7 +280,7 @@ its row of T times the largest limit ({vehicle.f_scale:g} N).{rounding}
 | out | lower limit [N] | upper limit [N] |
 |---|---|---|
 {own}
-{moving * at_call}{shares}{warning}{_limits_at(vehicle, scalar) * at_call}{beside}
+{moving}{shares}{warning}{_limits_at(vehicle, scalar) * at_call}{beside}
 ## Check it where it will run
 
 `test/{name}_test.c` holds demands for {cases}, with the

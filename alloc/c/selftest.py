@@ -1,6 +1,6 @@
 """A C program that checks a generated kernel against answers computed in Python."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ from alloc.program import Scalar, Where
 from alloc.program.literal import number
 from alloc.reach.edge import start
 from alloc.vehicle import Vehicle
+from alloc.vehicle.azimuth import Azimuth
 
 UNTOUCHED = 12345.0
 """Fill of f before a call; a kernel that finds no thrust must leave it there."""
@@ -31,6 +32,22 @@ JUMP = 0.01
 where rounding may do more to the answer it is not asked for."""
 MISSED: dict[Scalar, float] = {"double": 1e-6, "float": 1e-4}
 """Largest difference of a wrench that may be right, relative to ``wrench_scale`` [-]; always asked for."""
+SIDES: dict[Scalar, float] = {"double": 4e-15, "float": 2e-6}
+"""Distance beyond a side that sums in the scalar may show, relative to the largest limit [-]."""
+INSIDE = """\
+static int inside(int status, const {scalar} *f)
+{{
+    for (int i = 0; (status == TB_SOLVED || status == TB_PARTIAL) && i < {count}; i++) {{
+        {scalar} along = 0;
+        for (int j = 0; j < {n}; j++) {{
+            along += sides[i][j] * f[j];
+        }}
+        status = along <= reach[i] ? status : 99;
+    }}
+    return status;
+}}
+"""
+"""A call's status; 99, which no call has, where thrusts lie outside of a polygon."""
 PER_FAULT = 24
 """Cases for the whole vehicle, and for each fault."""
 
@@ -60,6 +77,8 @@ def selftest(target: Target, digest: str) -> str:
         "LEVELS": str(levels),
         "CALL(one)": f"(T = of_each[(one).fault + 1], {target.name}({call}))"
         if differ
+        else f"inside({target.name}({call}), f)"
+        if vehicle.azimuths
         else f"{target.name}({call})",
         "LIMITS(one)": "(one).f_min, (one).f_max" if at_call else "low, high",
         "UNTOUCHED": number(UNTOUCHED, scalar),
@@ -72,6 +91,10 @@ def selftest(target: Target, digest: str) -> str:
         of_each = np.array([each.get(fault, vehicle).TP for fault in range(-1, vehicle.n)])
         tables = [table("of_each", of_each, scalar), f"static const {scalar} (*T)[N];"]
     tables += [table("most", MISSED[scalar] * vehicle.wrench_scale, scalar)]
+    if planes := vehicle.half_planes:
+        reach = planes.reach + SIDES[scalar] * vehicle.f_scale
+        tables += [table("sides", planes.A, scalar), table("reach", reach, scalar)]
+        tables += [INSIDE.format(count=len(reach), n=vehicle.n, scalar=scalar)]
     if levels:
         tables += [table("H", vehicle.H, scalar)]
         sides = {} if at_call else {"low": vehicle.f_min, "high": vehicle.f_max}
@@ -189,7 +212,7 @@ def cases(target: Target, vehicle: Vehicle, twin: Allocator) -> Cases:
     doubt = target.method.doubt(vehicle, scalar)
     rng = np.random.default_rng(1999)
     low, high = _limits(vehicle, limits, rng)
-    f = _thrusts(low, np.maximum(low, high), rng)
+    f = _thrusts(low, np.maximum(low, high), rng, vehicle.turning)
     terms = np.abs(generalized_inverse(vehicle)) @ np.abs(vehicle.TP @ f.T)
     size = np.maximum(terms.max(axis=0), vehicle.f_scale)[:, None]
 
@@ -197,6 +220,8 @@ def cases(target: Target, vehicle: Vehicle, twin: Allocator) -> Cases:
         f: FloatArray, low: FloatArray, high: FloatArray
     ) -> tuple[FloatArray, StatusArray, FloatArray]:
         taus = f @ vehicle.TP.T
+        if vehicle.azimuths:
+            return *twin.many(taus), np.array([twin(tau).share for tau in taus])
         each = (twin(*one) for one in zip(taus, low, high, strict=True)) if levels else ()
         shares = np.array([one.share for one in each]).reshape(len(taus), levels)
         return *twin.many(taus, low, high), shares
@@ -220,6 +245,10 @@ def cases(target: Target, vehicle: Vehicle, twin: Allocator) -> Cases:
         squares, squares_share = squares + far**2 / TRIES, squares_share + far_share**2 / TRIES
     slack = (TOLERANCE[scalar] - TOLERANCE["double"]) * apart
     wider, wider_share = moved(f, low - slack, high + slack)
+    for scaled in (1.0 - TOLERANCE[scalar], 1.0 + SIDES[scalar]) if vehicle.azimuths else ():
+        # A demand that is smaller stands for sets that are wider, and the other way round.
+        far, far_share = moved(scaled * f, low, high)
+        wider, wider_share = np.maximum(wider, far), np.maximum(wider_share, far_share)
     if levels:
         short = F - lost * (F - start(low, np.maximum(low, high)))
         back = largest_differences(answers(np.nan_to_num(short), low, high)[0], F)
@@ -295,12 +324,20 @@ def _limits(vehicle: Vehicle, limits: Where, rng: np.random.Generator) -> tuple[
     return low, high
 
 
-def _thrusts(low: FloatArray, high: FloatArray, rng: np.random.Generator) -> FloatArray:
+def _thrusts(
+    low: FloatArray, high: FloatArray, rng: np.random.Generator, turning: Sequence[Azimuth]
+) -> FloatArray:
     """(PER_FAULT, n) thrusts to make wrenches of: zero, inside the limits, near them, and beyond."""
     f = rng.uniform(low, high)
-    f[1::4] *= 3.0
     corners = np.where(rng.random(f[2::4].shape) < 0.5, low[2::4], high[2::4])
+    for azimuth in turning:
+        own = azimuth.corners
+        f[:, azimuth.components] = rng.dirichlet(np.ones(len(own)), PER_FAULT) @ own
+        corners[:, azimuth.components] = own[rng.integers(len(own), size=len(corners))]
+    f[1::4] *= 3.0
     middle = 0.5 * (low[2::4] + high[2::4])
+    for azimuth in turning:
+        middle[:, azimuth.components] = azimuth.middle
     f[2::4] = middle + 0.999 * (corners - middle)
     f[0] = 0.0
     return f

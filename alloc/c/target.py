@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from types import ModuleType
 
+import numpy as np
+
 from alloc.allocation import Allocator, IndexArray
 from alloc.errors import NotApplicable
 from alloc.files.modules import check_for
@@ -13,7 +15,7 @@ from alloc.formulations import find_formulation
 from alloc.kernels.tolerance import check_single
 from alloc.program import Faults, Program, Scalar, Where
 from alloc.vehicle import Vehicle
-from alloc.vehicle.azimuth import refuse_azimuths
+from alloc.vehicle.azimuth import refuse_azimuths, refuse_pieces
 
 NOT_FINITE = -2
 """Status of a kernel that checks its arguments, where one is not finite."""
@@ -35,6 +37,7 @@ class Recipe:
     make_for_all : the same for one program of many faults, which ``Program.faults`` names; None where the
         method has none
     named_only : whether runs leave the method out unless it is named
+    azimuths : whether the C takes vehicles with thrusters that turn, within their own polygons
     """
 
     name: str
@@ -45,6 +48,15 @@ class Recipe:
     doubt: Callable[[Vehicle, Scalar], float]
     make_for_all: Callable[[Vehicle, Where, Scalar], Program] | None
     named_only: bool = False
+    azimuths: bool = False
+
+    def check_azimuths(self, vehicle: Vehicle, limits: Where) -> None:
+        """Raise NotApplicable for thrusters that turn where the C has no polygons."""
+        if not self.azimuths:
+            refuse_azimuths(vehicle.azimuths, f"{self.name} in C", "its limits are a box")
+        refuse_pieces(vehicle.azimuths, f"{self.name} in C")
+        if limits == "call":
+            refuse_azimuths(vehicle.azimuths, f"{self.name} in C with --limits call", "limits are polygons")
 
     def program(self, vehicle: Vehicle, limits: Where = "fixed", scalar: Scalar = "double") -> Program:
         """The method's program for a vehicle; raises NotApplicable, with the reason, where there is none."""
@@ -54,7 +66,7 @@ class Recipe:
         self, vehicle: Vehicle, limits: Where = "fixed", scalar: Scalar = "double"
     ) -> Program:
         """The method's program for many faults of a vehicle; raises NotApplicable as ``program`` does."""
-        refuse_azimuths(vehicle.azimuths, f"{self.name} in C", "its limits are a box")
+        refuse_azimuths(vehicle.azimuths, f"{self.name} --faults all", "its limits are a box")
         if self.make_for_all is None:
             raise NotApplicable(f"{self.name}: has no one function for all faults; leave out --faults all")
         if scalar == "float":
@@ -93,6 +105,7 @@ def make_recipe(name: str, module: ModuleType) -> Recipe:
         doubt=getattr(module, "doubt", _none),
         make_for_all=getattr(module, "program_for_all", None),
         named_only=getattr(module, "NAMED_ONLY", False),
+        azimuths=getattr(module, "AZIMUTHS_IN_C", False),
     )
 
 
@@ -102,7 +115,7 @@ def _none(vehicle: Vehicle, scalar: Scalar) -> float:
 
 @lru_cache(maxsize=64)
 def _made(kernel: Recipe, vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
-    refuse_azimuths(vehicle.azimuths, f"{kernel.name} in C", "its limits are a box")
+    kernel.check_azimuths(vehicle, limits)
     if scalar == "float":
         kernel.check_single(vehicle)
     return kernel.make(vehicle, limits, scalar)
@@ -129,7 +142,7 @@ class Target:
 
     def __post_init__(self) -> None:
         """Raise NotApplicable for thrusters that turn."""
-        refuse_azimuths(self.vehicle.azimuths, f"{self.method.name} in C", "its limits are a box")
+        self.method.check_azimuths(self.vehicle, self.limits)
 
     @property
     def name(self) -> str:
@@ -182,7 +195,20 @@ def _programs(target: Target) -> Mapping[int, Program]:
 
 def known_faults(vehicle: Vehicle, faults: Faults) -> IndexArray:
     """The thrusters whose failure the C answers for; none where nothing would be left."""
-    return vehicle.working if faults != "none" and len(vehicle.working) > 1 else vehicle.working[:0]
+    ready = np.array(vehicle.ready, dtype=np.intp)
+    return ready if faults != "none" and len(ready) > 1 else ready[:0]
+
+
+def component_names(vehicle: Vehicle) -> list[str]:
+    """The thruster of each thrust by name, "" without one; of one that turns with the axis of the force."""
+    if not vehicle.azimuths:
+        return list(vehicle.names) or [""] * vehicle.n
+    ends = (" along x", " along y")
+    return [
+        vehicle.called(i) + end
+        for i, parts in enumerate(vehicle.actuators)
+        for _, end in zip(parts, ends if len(parts) > 1 else ("",), strict=True)
+    ]
 
 
 def function_name(vehicle: Vehicle, kernel: str, scalar: Scalar = "double", limits: Where = "fixed") -> str:

@@ -21,7 +21,7 @@ from alloc.kernels.entry import (
     refine,
     refuse,
 )
-from alloc.kernels.steps import Ratios, Strip, join_rows, nearest
+from alloc.kernels.steps import Ratios, Strip, Values, join_rows, nearest
 from alloc.kernels.tolerance import MOVED_ERROR, TOLERANCE, needs_refinement
 from alloc.nullspace.region import THIN, Region, prepare
 from alloc.nullspace.structure import Block, Structure, decompose
@@ -47,7 +47,8 @@ class Piece(NamedTuple):
     Attributes
     ----------
     rows : the thrusters
-    before : values computed before a demand may be refused
+    before : values computed before a demand may be refused; of a block of one dimension the last is its step
+        along the normal
     excess : bounds whose excess makes the demand infeasible
     thrusts : adds the steps to the program and returns the thrusts
     branches : True if those steps branch; then they follow the refusals
@@ -100,12 +101,12 @@ def pieces(
     rows = [i for i in structure.fixed.tolist() if builder.vehicle.readiness[i]]
     excess: Excess = []
     for i in rows:
-        excess += _beyond(i, x, limits, slack)
+        excess += limit_excess(i, x, limits, slack)
     fixed = Piece(rows, [], excess, lambda: {i: x[i] for i in rows}, False)
     return [*blocks, *([fixed] if rows else [])]
 
 
-def _beyond(i: int, x: dict[int, Expression], limits: Limits, slack: float) -> Excess:
+def limit_excess(i: int, x: dict[int, Expression], limits: Limits, slack: float) -> Excess:
     """Excess of a thruster that no z moves over its limits widened by the slack; at most zero inside."""
     low, high = limits.ends(i, wider=slack)
     return [(low - x[i], 0.0), (x[i] - high, 0.0)]
@@ -131,12 +132,12 @@ def piece(
             f"more than {STEPS_LIMIT}; use codegen --library, redistribute, or a qp/ method"
         )
     if region.d == 1:
-        return _clamp(builder, block, region, x, name, limits, zero)
+        return clamp_block(builder, block, region, x, name, limits, zero)
     rows = block.rows.tolist()
     return Piece(rows, [], [], lambda: _steps(builder, block, region, x, name, limits), True)
 
 
-def _clamp(
+def clamp_block(
     builder: Builder,
     block: Block,
     region: Region,
@@ -185,7 +186,7 @@ def _clamp(
         thrusts[i] = signed([(False, x[i]), *([term(by, b)] if by else [])])
         gaps.append(limit_gap(builder, i, thrusts[i], limits))
         if isfinite(region.tolerance):
-            excess += _beyond(i, x, limits, region.tolerance)
+            excess += limit_excess(i, x, limits, region.tolerance)
     return Piece(block.rows.tolist(), before, excess, lambda: thrusts, False, gaps)
 
 
@@ -195,16 +196,8 @@ def _steps(
     """A block of more dimensions: d thrusts by Seidel's steps, the others as sums of these."""
     indices, ratios = block.rows.tolist(), Ratios()
     rows = [Strip(f"v{i}", normal, x[i], *limits.ends(i)) for i, normal in zip(indices, block.N, strict=True)]
-    values: dict[str, Expression] = {row.key: x[i] for row, i in zip(rows, indices, strict=True)}
-    slabs = join_rows(builder, region, rows, values, f"{name}_")
-    builder.compute(*(slab.start for slab in slabs if slab.start is not None))
-    kept = [slabs[i] for i in _late(np.array([slab.normal for slab in slabs]))]
-    nearest(builder, region, slabs, kept, values, f"{name}_", ratios)
-    moved = [
-        (values[row.key] if row.start is None else values[row.key] - row.start).named(f"by{name}_{j}")
-        for j, row in enumerate(kept)
-    ]
-    builder.compute(*moved)
+    values: Values = {row.key: x[i] for row, i in zip(rows, indices, strict=True)}
+    kept, moved = moves(builder, region, rows, values, name, ratios)
     asked = {row.key for row in kept}
     shares = block.N @ np.linalg.inv(np.array([row.normal for row in kept]))
     thrusts = {}
@@ -215,6 +208,22 @@ def _steps(
         ]
         thrusts[i] = values[row.key] if row.key in asked else signed(terms)
     return thrusts
+
+
+def moves(
+    builder: Builder, region: Region, rows: list[Strip], values: Values, name: str, ratios: Ratios
+) -> tuple[list[Strip], list[Expression]]:
+    """Take Seidel's steps: d rows from which all others follow, and how far each of these has moved."""
+    slabs = join_rows(builder, region, rows, values, f"{name}_")
+    builder.compute(*(slab.start for slab in slabs if slab.start is not None))
+    kept = [slabs[i] for i in _late(np.array([slab.normal for slab in slabs]))]
+    nearest(builder, region, slabs, kept, values, f"{name}_", ratios)
+    moved = [
+        (values[row.key] if row.start is None else values[row.key] - row.start).named(f"by{name}_{j}")
+        for j, row in enumerate(kept)
+    ]
+    builder.compute(*moved)
+    return kept, moved
 
 
 def _late(normals: FloatArray) -> list[int]:

@@ -16,6 +16,7 @@ A method that can be C offers it by two names more, and others where they apply:
 program(vehicle, limits, scalar) : what a call calculates, as an ``alloc.program.Program``
 MEANINGS : what each value that its C function returns means, in words for its caller
 doubt(vehicle, scalar) : share of a thrust that rounding takes beyond that of a few dozen terms [-]
+AZIMUTHS_IN_C : whether ``program`` takes vehicles with thrusters that turn; False where nothing says
 program_for_all(vehicle, limits, scalar) : one program for the vehicle and many faults, its ``faults``
 
 A module that holds several methods has ``variants() -> dict[name, Variant]``, and its ``build`` takes the
@@ -48,6 +49,7 @@ class Variant:
     formulation : which optimum it answers; empty where the module says it
     starts, levels : the starts and accuracy levels it offers; ("-",) where there is no choice
     named_only : whether runs leave it out unless it is named
+    azimuths : whether it takes vehicles with thrusters that turn; None where the module's AZIMUTHS says it
     """
 
     key: str
@@ -59,6 +61,7 @@ class Variant:
     starts: tuple[str, ...] = ("-",)
     levels: tuple[str, ...] = ("-",)
     named_only: bool = False
+    azimuths: bool | None = None
 
 
 def by_solver(prefix: str, summary: str) -> dict[str, Variant]:

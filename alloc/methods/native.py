@@ -19,6 +19,7 @@ def variants() -> dict[str, Variant]:
             twin=each.name,
             formulation=each.formulation,
             named_only=each.named_only,
+            azimuths=each.azimuths,
         )
         for each in recipes().values()
     }

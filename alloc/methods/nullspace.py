@@ -2,12 +2,14 @@
 
 from alloc.kernels import exact as kernels
 from alloc.kernels.failures import shared_states
+from alloc.kernels.polygons import exact_in_polygons
 from alloc.nullspace.allocator import Nullspace, exact
 from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
 
 FORMULATION = Nullspace.formulation
 AZIMUTHS = True
+AZIMUTHS_IN_C = True
 MEANINGS = {
     0: "f makes tau, inside the limits, with the least effort",
     2: "no f inside the limits makes tau; f is left alone",
@@ -23,6 +25,8 @@ def build(vehicle: Vehicle) -> Nullspace:
 
 def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     """The same with each step written out; raises NotApplicable where that fills a microcontroller."""
+    if vehicle.azimuths:
+        return exact_in_polygons(vehicle, scalar)
     return kernels.exact(vehicle, limits, scalar)
 
 

@@ -22,6 +22,7 @@ from alloc.allocation import (
 from alloc.errors import NotApplicable
 from alloc.formulations.hard import FORMULATION as HARD
 from alloc.nullspace.region import nearest_many, prepare, steps_bound
+from alloc.nullspace.slabs import polygon_slabs, whole_basis
 from alloc.nullspace.structure import Structure, decompose
 from alloc.vehicle import Vehicle
 from alloc.vehicle.azimuth import SPARE, fit_polygons
@@ -264,26 +265,12 @@ MOST_FREE = 3
 
 
 class PolygonNullspace(Nullspace):
-    """The allocator; all of z is one block, whose rows are limits of fixed thrusters, then those of sides.
-
-    Two sides that are parallel are one slab. Of a side without such a twin the slab ends at the farthest
-    corner, which keeps nothing out that other sides let in.
-    """
+    """The allocator; all of z is one block, whose rows are those of ``polygon_slabs``."""
 
     def __init__(self, vehicle: Vehicle, structure: Structure, tolerance: float) -> None:
         """Precompute all that depends on the vehicle; raises NotApplicable where steps would be too many."""
         d, n = vehicle.nullity, vehicle.n
-        turning = [i for azimuth in vehicle.turning for i in azimuth.components]
-        fixed = [i for i in vehicle.working.tolist() if i not in turning]
-        rows, low, high = [np.eye(n)[fixed]], [vehicle.f_min[fixed]], [vehicle.f_max[fixed]]
-        for azimuth in vehicle.turning:
-            across = np.zeros((len(azimuth.distinct), n))
-            across[:, azimuth.components] = azimuth.normals[azimuth.distinct]
-            along = across[:, azimuth.components] @ azimuth.corners.T
-            rows.append(across)
-            low.append(along.min(axis=1))
-            high.append(along.max(axis=1))
-        self._C, self._low, self._high = np.vstack(rows), np.concatenate(low), np.concatenate(high)
+        self._C, self._low, self._high = polygon_slabs(vehicle)
         if d > MOST_FREE or steps_bound(len(self._C), max(d, 1)) > STEPS_LIMIT:
             raise NotApplicable(
                 f"nullspace: {len(vehicle.actuators)} thrusters, {len(vehicle.turning)} of them in polygons,"
@@ -291,10 +278,7 @@ class PolygonNullspace(Nullspace):
                 f" most {STEPS_LIMIT} steps, use a qp/ method"
             )
         super().__init__(vehicle, Structure(structure.G, (), np.arange(0), structure.unreachable), tolerance)
-        self._N, end = np.zeros((n, d)), 0
-        for block in structure.blocks:
-            end += block.N.shape[1]
-            self._N[block.rows, end - block.N.shape[1] : end] = block.N
+        self._N = whole_basis(structure, n)
         self._region = prepare(self._C @ self._N, self._slack) if d else None
         self.worst_case_steps = n + (self._region.worst_case_steps if self._region else 0)
         self._turning, self._own = vehicle.turning, (vehicle.f_min, vehicle.f_max)

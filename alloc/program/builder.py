@@ -38,11 +38,16 @@ class Limits:
         graph: Graph,
         anew: bool = False,
         faults: States | None = None,
+        ends: tuple[FloatArray, FloatArray] | None = None,
     ) -> None:
-        """Limits of the working thrusters; ``anew`` where the arguments were read before."""
+        """Limits of the working thrusters; ``anew`` where the arguments were read before.
+
+        ``ends`` are those of other rows [N], in place of thrusters, that no call changes.
+        """
         self._vehicle, self._graph, self._anew, self._faults = vehicle, graph, anew, faults
         self.at_call = where == "call"
-        self._f_min, self._f_max = vehicle.f_min.tolist(), vehicle.f_max.tolist()
+        low, high = ends or (vehicle.f_min, vehicle.f_max)
+        self._f_min, self._f_max = low.tolist(), high.tolist()
         self.by_fault: tuple[FloatArray, FloatArray] | None = None
         if faults and not self.at_call:
             each = faults.values()

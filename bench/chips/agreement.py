@@ -197,9 +197,8 @@ def explained(kernel: Kernel, demands: DemandSet, F: FloatArray, lost: float = 0
         tau_signs, low_signs, high_signs = (
             by * rng.choice([-1.0, 1.0], one.shape) for one in (wrench, low, high)
         )
-        moved, status = allocate.many(
-            demands.taus + tau_signs * wrench, low + low_signs * width, high + high_signs * width
-        )
+        ends_at = () if vehicle.azimuths else (low + low_signs * width, high + high_signs * width)
+        moved, status = allocate.many(demands.taus + tau_signs * wrench, *ends_at)
         statuses.append(status)
         squares += largest_differences(moved, F) ** 2 / TRIES
         if optimal:

@@ -63,14 +63,14 @@ def command(
     Header, source, self-test, and a page on how to call it. With --library it is libthrustbench, for vehicles
     whose matrix is known when they boot.
     """
-    from alloc import generate
+    from alloc import generate, load_vehicle
     from alloc import library as made_at_boot
     from alloc.files.textfile import write_folder
     from alloc.lint.isolation import assumed_noise
-    from alloc.vehicle.file import load_fixed_vehicle
+    from alloc.vehicle.azimuth import refuse_azimuths
 
     scalar: Literal["double", "float"] = "float" if single else "double"
-    known = load_fixed_vehicle(vehicle) if vehicle else None
+    known = load_vehicle(vehicle) if vehicle else None
     for option, value in (("--noise", noise or None), ("--lasting", lasting)):
         if value is not None and not monitor:
             raise click.UsageError(f"{option} is of --monitor; give that too")
@@ -79,6 +79,7 @@ def command(
             raise click.UsageError(
                 "--library has every method, and limits of each call; leave out the others."
             )
+        refuse_azimuths(known.azimuths if known else (), "libthrustbench", "its limits are a box")
         files = made_at_boot.generate(scalar, known, package, maintainer)
     elif known and method:
         observed = wrench_noise(known, noise)

@@ -72,9 +72,8 @@ def command(
     """
     from rich.console import Console
 
-    from alloc import NotApplicable, list_vehicles
+    from alloc import NotApplicable, list_vehicles, load_vehicle
     from alloc.errors import NotInstalled
-    from alloc.vehicle.file import load_fixed_vehicle
     from bench.chips import kernels
     from bench.chips.foreign import find_sources
     from bench.chips.processors import processor, processors
@@ -93,7 +92,7 @@ def command(
         methods, scalars = (foreign.name, *kernels.as_c(methods or BESIDE)), foreign.scalar
     counted = [one for one in processors() if one.callgrind or not targets or one.name in targets]
     plan = Plan(
-        vehicles=tuple(load_fixed_vehicle(name) for name in vehicles or list_vehicles()),
+        vehicles=tuple(load_vehicle(name) for name in vehicles or list_vehicles()),
         processors=tuple(sorted(counted, key=lambda one: one.callgrind)),
         methods=kernels.as_c(methods) or (*kernels.methods(), *kernels.prepared()),
         scalars=("double", "float") if scalars is None else ("float",) if scalars == "float" else ("double",),
