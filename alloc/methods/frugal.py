@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike
 
 from alloc.allocation import EXACT_TOLERANCE, Allocation, FloatArray, Status, StatusArray
 from alloc.formulations.frugal import FORMULATION as ANSWERED
-from alloc.nullspace.by_level import allocator
+from alloc.nullspace.by_level import ByLevel, Mixed, allocator
 from alloc.nullspace.current_cap import SPARE, below_rest, reaches
 from alloc.reach.edge import start
 from alloc.vehicle import Vehicle
@@ -34,8 +34,10 @@ class Frugal:
 
     def __init__(self, vehicle: Vehicle) -> None:
         """Prepare thrusts of least effort, from which each program starts."""
-        self._vehicle, self._uncapped = vehicle, allocator(vehicle, ANSWERED)
-        self.formulation, self.tolerance = FORMULATION, self._uncapped.tolerance
+        uncapped = allocator(vehicle, ANSWERED)
+        self._vehicle, self._mixed = vehicle, uncapped if isinstance(uncapped, Mixed) else None
+        self._parts = uncapped.parts if isinstance(uncapped, Mixed) else [uncapped]
+        self.formulation, self.tolerance = FORMULATION, uncapped.tolerance
         self._limits_of_call = at_call(vehicle, held=True)
         self._known = bool(vehicle.esc) and all(esc.current is not None for esc in vehicle.esc)
 
@@ -49,23 +51,42 @@ class Frugal:
         volts: float | None = None,
     ) -> Allocation:
         """Allocate one wrench (k,) [N, N m] within limits (n,) [N] and a cap [A], at a voltage [V]."""
-        found = self._uncapped(tau, f_min, f_max)
         most = np.inf if cap is None else checked_cap(cap)
         if self._known or cap is not None:
             draw = self._vehicle.draw(volts)
         else:
             draw = make_draw((UNKNOWN,) * self._vehicle.n, (0.0,) * self._vehicle.n)
+        if self._mixed is None:
+            return self._answer(self._parts[0], tau, f_min, f_max, draw, most)
+        # Currents are convex in the thrusts, so a mixture of answers draws no more than they do.
+        answers = [
+            self._answer(part, tau, f_min, f_max, draw, most * (1 - SPARE / 2)) for part in self._parts
+        ]
+        found = self._mixed.mix(answers, f_min, f_max)
+        return found._replace(amps=draw.amps(found.f)) if self._known and found.found else found
+
+    def _answer(
+        self,
+        way: ByLevel,
+        tau: ArrayLike,
+        f_min: ArrayLike | None,
+        f_max: ArrayLike | None,
+        draw: Draw,
+        most: float,
+    ) -> Allocation:
+        """The answer of one way, with a current of ``most`` [A] at the most."""
+        found = way(tau, f_min, f_max)
         if not found.found:
             return found
         low, high = self._limits_of_call(f_min, f_max)
         rest = start(low, high)
-        f = self._least(draw, rest, found.f, low, high)
+        f = self._least(way, draw, rest, found.f, low, high)
         if draw.amps(f).sum() <= most:
-            return self._changed(found, rest, f, 1.0, draw)
+            return self._changed(way, found, rest, f, 1.0, draw)
         if not draw.amps(rest).sum() <= most:
             return below_rest(self._vehicle)
-        part, f = self._largest(draw, rest, f, low, high, most)
-        return self._changed(found._replace(status=Status.PARTIAL), rest, f, part, draw)
+        part, f = self._largest(way, draw, rest, f, low, high, most)
+        return self._changed(way, found._replace(status=Status.PARTIAL), rest, f, part, draw)
 
     def many(
         self,
@@ -80,11 +101,11 @@ class Frugal:
         return one_by_one(self, self._vehicle, taus, f_min, f_max, cap=cap, volts=volts)
 
     def _changed(
-        self, found: Allocation, rest: FloatArray, f: FloatArray, part: float, draw: Draw
+        self, way: ByLevel, found: Allocation, rest: FloatArray, f: FloatArray, part: float, draw: Draw
     ) -> Allocation:
         """The answer with thrusts f (n,) that make a part of what ``found`` makes of the way from rest."""
         residual = np.asarray(found.residual)
-        if residual.any():  # what f makes along weak directions is its own
+        if way.strong is not self._vehicle:  # what f makes along weak directions is its own
             promised = self._vehicle.TP.dot(found.f) - residual
             begin = self._vehicle.TP.dot(rest)
             residual = self._vehicle.TP.dot(f) - (begin + part * (promised - begin))
@@ -92,17 +113,24 @@ class Frugal:
         return found._replace(f=f, share=(part * found.share[0],), residual=residual, amps=amps)
 
     def _least(
-        self, draw: Draw, rest: FloatArray, f: FloatArray, low: FloatArray, high: FloatArray
+        self, way: ByLevel, draw: Draw, rest: FloatArray, f: FloatArray, low: FloatArray, high: FloatArray
     ) -> FloatArray:
         """Thrusts (n,) of least current that make what f makes; f where the program finds none better."""
-        _, better = self._solved(draw, rest, f, low, high, None)
+        _, better = self._solved(way, draw, rest, f, low, high, None)
         return better if draw.amps(better).sum() < draw.amps(f).sum() else f
 
     def _largest(
-        self, draw: Draw, rest: FloatArray, f: FloatArray, low: FloatArray, high: FloatArray, cap: float
+        self,
+        way: ByLevel,
+        draw: Draw,
+        rest: FloatArray,
+        f: FloatArray,
+        low: FloatArray,
+        high: FloatArray,
+        cap: float,
     ) -> tuple[float, FloatArray]:
         """Largest part of the way from ``rest`` to f with a current within the cap [A], and thrusts (n,)."""
-        part, best = self._solved(draw, rest, f, low, high, cap)
+        part, best = self._solved(way, draw, rest, f, low, high, cap)
         # The wrench is linear in the thrusts, so where rounding exceeds the cap they are drawn back.
         if draw.amps(best).sum() > cap:
             back = reaches(draw, cap * (1 - SPARE / 2), rest, best)
@@ -111,6 +139,7 @@ class Frugal:
 
     def _solved(
         self,
+        way: ByLevel,
         draw: Draw,
         rest: FloatArray,
         f: FloatArray,
@@ -126,7 +155,7 @@ class Frugal:
         """
         from scipy.optimize import linprog
 
-        n, T = len(f), self._vehicle.strong.TP / self._vehicle.wrench_scale[:, None]
+        n, T = len(f), way.strong.TP / self._vehicle.wrench_scale[:, None]
         thruster, length, slope = draw.pieces(low, high)
         step = T.dot(f - rest)
         capped = cap is not None

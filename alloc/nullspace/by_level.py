@@ -96,7 +96,7 @@ class ByLevel(Uncapped):
         self._none = np.zeros(vehicle.k)
         self._none.setflags(write=False)
         self.tolerance = self._exact.tolerance
-        self._strong, self._limits_of_call = strong, at_call(strong, held=True)
+        self.strong, self._limits_of_call = strong, at_call(strong, held=True)
         self._own = way.departure(vehicle.f_min, vehicle.f_max)
         self._limits = list(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
         self._all, self._nothing = (1.0,) * len(way.keep), (0.0,) * len(way.keep)
@@ -184,10 +184,10 @@ class ByLevel(Uncapped):
     ) -> Allocation:
         """The answer where no thrusts are found for the end of the way: for as much of it as they are."""
         low, high = np.array(limits).T
-        f0 = at_rest(self._strong) if self._strong.azimuths else start(low, high)
+        f0 = at_rest(self.strong) if self.strong.azimuths else start(low, high)
         best = answer(f0, Status.PARTIAL, share=self._nothing, residual=self._none)
         path = self.path(wrench, low, high)
-        if self._strong.azimuths:
+        if self.strong.azimuths:
             best = path(self._nothing) or best
 
         def reached(lost: float) -> bool:
@@ -209,7 +209,7 @@ class ByLevel(Uncapped):
     ) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches, all demands side by side; limits (n,) or (N, n) [N]."""
         wrenches = checked_many(taus, self._vehicle.k)
-        lows, highs = limits_of(self._strong, len(wrenches), f_min, f_max, held=True)
+        lows, highs = limits_of(self.strong, len(wrenches), f_min, f_max, held=True)
         possible = (lows <= highs).all(axis=1)
         highs = np.maximum(lows, highs)  # where they contradict themselves the answer is NaN anyhow
         begin = self._own if f_min is None and f_max is None else self._way.departure(lows, highs)
@@ -240,7 +240,7 @@ class Mixed(Uncapped):
 
     def __init__(self, vehicle: Vehicle, parts: Sequence[ByLevel]) -> None:
         """Wrap the allocators of the parts, in the order of ``Formulation.parts``."""
-        self._parts, self._ws = parts, [part.w for part in parts]
+        self.parts, self._ws = parts, [part.w for part in parts]
         self._vehicle, self._limits_of_call = vehicle, at_call(vehicle.strong, held=True)
         self.formulation = parts[0].formulation
         self.tolerance, self.levels = max(part.tolerance for part in parts), parts[0].levels
@@ -249,12 +249,17 @@ class Mixed(Uncapped):
         self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
     ) -> Allocation:
         """Allocate one wrench (k,) [N, N m] within the limits of the call (n,) [N]."""
-        answers = [part(tau, f_min, f_max) for part in self._parts]
+        return self.mix([part(tau, f_min, f_max) for part in self.parts], f_min, f_max)
+
+    def mix(
+        self, answers: Sequence[Allocation], f_min: ArrayLike | None, f_max: ArrayLike | None
+    ) -> Allocation:
+        """The answer that those of the parts make, within the limits of the call (n,) [N]."""
         worst = max(answers, key=lambda one: one.status)  # INFEASIBLE is above PARTIAL, SOLVED below
         if worst.status == Status.INFEASIBLE:
             return worst
         share = mixed(
-            [np.array(one.share)[part.level_indices] for one, part in zip(answers, self._parts, strict=True)],
+            [np.array(one.share)[part.level_indices] for one, part in zip(answers, self.parts, strict=True)],
             self._ws,
         )
         return answer(
@@ -269,7 +274,7 @@ class Mixed(Uncapped):
         self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
     ) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches, all demands side by side; limits (n,) or (N, n) [N]."""
-        answers = [part.many(taus, f_min, f_max) for part in self._parts]
+        answers = [part.many(taus, f_min, f_max) for part in self.parts]
         lows, highs = limits_of(self._vehicle.strong, len(answers[0][1]), f_min, f_max, held=True)
         F = np.clip(mixed([F for F, _ in answers], self._ws), lows, highs)
         return F, np.maximum.reduce([status for _, status in answers])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from alloc import NotApplicable, Status, Vehicle, build, load_vehicle
-from alloc.allocation import FloatArray
+from alloc.allocation import Allocation, FloatArray
 from alloc.c import missing
 from alloc.c.target import Target
 from alloc.formulations import find_formulation
@@ -73,6 +73,26 @@ def test_answers_go_straight_from_the_weak_one_to_the_strong_one(name: str, meth
             assert ((vehicle.f_min <= found.f) & (found.f <= vehicle.f_max)).all()
             solved = weak.status is strong.status is Status.SOLVED
             assert found.status is (Status.SOLVED if solved else Status.PARTIAL)
+
+
+@pytest.mark.parametrize("cap", [None, 20.0])
+def test_least_currents_go_straight_from_the_weak_one_to_the_strong_one(cap: float | None) -> None:
+    """The program of all directions was asked from 2 epsilon on: 13 N and 0.07 of a share at one step."""
+    vehicle, answers = surveyed("bluerov2-heavy"), dict[float, list[Allocation]]()
+    for ratio in (0.999, 1.0001, 1.4, 1.9999, 2.001):
+        one = at(vehicle, ratio * WEAK)
+        frugal = build("frugal", one)
+        answers[ratio] = [frugal(tau, cap=cap, volts=14.8) for tau in demands(vehicle, 12)]
+        for answer in answers[ratio]:
+            assert ((vehicle.f_min <= answer.f) & (answer.f <= vehicle.f_max)).all()
+            assert cap is None or np.sum(answer.amps) <= cap
+            np.testing.assert_array_equal(answer.amps, one.draw(14.8).amps(answer.f))
+    for ratio in (1.0001, 1.4, 1.9999):
+        for weak, found, strong in zip(answers[0.999], answers[ratio], answers[2.001], strict=True):
+            for key in ("f", "share", "residual"):
+                ours, past, ahead = (np.asarray(getattr(each, key)) for each in (found, weak, strong))
+                expected = past + (ratio - 1.0) * (ahead - past)
+                np.testing.assert_allclose(ours, expected, atol=1e-6 * vehicle.f_scale)
 
 
 @pytest.mark.parametrize("method", WITH_SHARE)
