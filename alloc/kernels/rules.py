@@ -130,18 +130,24 @@ def wrench_missed(builder: Builder, f: dict[int, Expression]) -> tuple[Expressio
     The unit makes the entry of T that is there most often 1, which saves its products. The sum depends on
     every entry of tau, and is not finite where one of them is not.
     """
-    share = error_scale(builder)
-    rows = snapped(share * builder.vehicle.TP[:, list(f)])
-    sizes, often = np.unique(np.abs(rows[rows != 0.0]), return_counts=True)
-    unit = float(sizes[often.argmax()]) if sizes.size else 1.0
-    made = gathered(rows / unit, list(f.values()), "v")
+    rows, of_tau, unit = unit_errors(builder)
+    made = gathered(rows[:, list(f)], list(f.values()), "v")
     total: list[Expression] = []
-    for row, each, tau in zip(made, (share[:, 0] / unit).tolist(), builder.tau, strict=True):
+    for row, each, tau in zip(made, of_tau.tolist(), builder.tau, strict=True):
         minus = all(sign for sign, _ in row)  # a sign before the whole row is an instruction, and no size
         error = signed([*((sign != minus, value) for sign, value in row), (not minus, each * tau)])
         total.append(size(error.named(f"missed{len(total)}")))
     missed: Expression = reduce(add, total)
     return missed.named("missed"), 1.0 / unit
+
+
+def unit_errors(builder: Builder) -> tuple[FloatArray, FloatArray, float]:
+    """Factors (k, n) of thrusts and (k,) of tau in the errors of ``wrench_missed``, and their unit."""
+    share = error_scale(builder)
+    rows = snapped(share * builder.vehicle.TP)
+    sizes, often = np.unique(np.abs(rows[rows != 0.0]), return_counts=True)
+    unit = float(sizes[often.argmax()]) if sizes.size else 1.0
+    return rows / unit, share[:, 0] / unit, unit
 
 
 def sided(value: Expression, above: float, below: float) -> Expression:

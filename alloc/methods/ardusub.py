@@ -35,6 +35,9 @@ NOTHING = 1e-9
 SAME = 1e-12
 """Share by which both ways along an axis may differ by rounding [-]."""
 
+ROUNDINGS = 8
+"""Roundings of a group's fit in C: from its inputs' sizes to a thrust."""
+
 
 class InputScales(NamedTuple):
     """The way from a wrench to the six inputs.
@@ -143,26 +146,24 @@ def thrust(mixer: Autopilot, made: FloatArray) -> FloatArray:
 
 
 def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
-    """The same for a demand within any limits; groups are scaled behind a test.
+    """The same for a demand within any limits, without a branch.
 
-    75 operations on bluerov2, 74 of clip. 130 operations on bluerov2-heavy, 79 of clip: each of its eight
-    thrusts is the larger of two values, each of its two groups takes 5 to test, and 15 to cut and scale.
+    75 operations on bluerov2, 74 of clip. 101 operations on bluerov2-heavy, 79 of clip: each of its eight
+    thrusts is the larger of two values, as each of clip's is cut twice; two groups take 16 each to cut and
+    scale.
     """
     mixer, way = find_mixer(vehicle), find_inputs(vehicle)
     builder = Builder(vehicle, limits, scalar)
     full = next((float(side[0]) for side in np.abs(mixer.thrust) if side[0] > 0 and np.ptp(side) == 0), 1.0)
-    B, turned = _turned(mixer)
-    asked: list[Expression] = [builder.graph.constant(0.0)] * len(DOF)
-    for axis, tau, up, down in zip(way.axes, builder.tau, way.ahead, way.astern, strict=True):
-        unit = full * turned[axis]
-        asked[axis] = rules.sided(tau, up * unit, down * unit).named(f"i{axis}")
-    u = [signed(row, builder.graph) for row in _mixed(builder, mixer, B, asked, full)]
+    mixed = _fitted_mix if mixer.frame == "VECTORED_6DOF" else _cut_mix
+    u = [signed(row, builder.graph) for row in mixed(builder, mixer, way, full)]
     astern, ahead = (mixer.thrust / full).tolist()
     x = {i: rules.sided(u[i], ahead[i], -astern[i]).named(f"x{i}") for i in vehicle.working.tolist()}
     astern, ahead = mixer.thrust.tolist()
-    if builder.limits.at_call:
+    if builder.limits.at_call and mixed is _cut_mix:
         x = {i: clamp(value, astern[i], ahead[i]) for i, value in x.items()}
-    f = clamp_thrusts(builder, x, builder.limits)
+    inside = mixed is _fitted_mix and not builder.limits.at_call
+    f = x if inside else clamp_thrusts(builder, x, builder.limits)
     missed, at_most = rules.wrench_missed(builder, f)
     seen = SeenArguments([], builder)
     seen.add(vehicle.working.tolist(), "0")
@@ -173,26 +174,33 @@ def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     return builder.program(all_thrusters(builder, f), select(met, Status.SOLVED, Status.PARTIAL))
 
 
-def _turned(mixer: Autopilot) -> tuple[FloatArray, tuple[float, ...]]:
-    """Factors with inputs turned about, so that few rows are negative; the signs (6,).
+def _asked(builder: Builder, way: InputScales, factors: FloatArray) -> list[Expression]:
+    """The six inputs times ``factors`` (6,), not yet cut.
 
-    A sign before a whole row is an instruction.
+    A product that ``wrench_missed`` has too, but for rounding, is made once for both.
+    """
+    asked: list[Expression] = [builder.graph.constant(0.0)] * len(DOF)
+    shared = rules.unit_errors(builder)[1].tolist()
+    for axis, tau, *sides, known in zip(way.axes, builder.tau, way.ahead, way.astern, shared, strict=True):
+        up, down = (factors[axis] * side for side in sides)
+        if up == down and abs(up - known) <= SAME * known:
+            up = down = known
+        asked[axis] = rules.sided(tau, up, down).named(f"i{axis}")
+    return asked
+
+
+def _cut_mix(builder: Builder, mixer: Autopilot, way: InputScales, full: float) -> list[Terms]:
+    """Outputs of inputs, not yet cut, as sums; ``full`` stands for 1 of both.
+
+    Inputs are turned about, so that few rows are negative: a sign before a whole row is an instruction.
     """
     B = mixer.factors
     ways: list[tuple[float, ...]] = [(1.0, -1.0)] * len(DOF)
     if mixer.frame == "VECTORED":
         ways[FORWARD] = (1.0,)  # ahead and astern give way on different motors
-    signs = min(combinations(*ways), key=lambda each: int((B * each <= 0.0).all(axis=1).sum()))
-    return B * signs, signs
-
-
-def _mixed(
-    builder: Builder, mixer: Autopilot, B: FloatArray, asked: list[Expression], full: float
-) -> list[Terms]:
-    """Outputs of inputs, not yet cut, as sums; ``full`` stands for 1 of both."""
-    if mixer.frame == "VECTORED_6DOF":
-        return shared_sums(product(B, _fitted_inputs(builder, asked, full), "p").rows, "w")[1]
-    asked = [clamp(value, -full, full) for value in asked]
+    signs = np.array(min(combinations(*ways), key=lambda each: int((B * each <= 0.0).all(axis=1).sum())))
+    B = B * signs
+    asked = [clamp(value, -full, full) for value in _asked(builder, way, full * signs)]
     if mixer.frame == "VECTORED":
         left = full - mixer.coupling * size(asked[THROTTLE])
         left = (most(left, 0.0) if mixer.coupling > 1.0 else left).named("left")
@@ -206,17 +214,28 @@ def _mixed(
     return shared_sums(product(B, asked, "p").rows, "w")[1]
 
 
-def _fitted_inputs(builder: Builder, asked: list[Expression], full: float) -> list[Expression]:
-    """Inputs of VECTORED_6DOF cut, and over the largest output of their group, behind a test.
+def _fitted_mix(builder: Builder, mixer: Autopilot, way: InputScales, full: float) -> list[Terms]:
+    """Outputs of VECTORED_6DOF: inputs cut, and over the largest output of their group where it is above 1.
 
-    A group has a motor for each choice of signs, so its largest output is the sum of its inputs' sizes.
+    A group has a motor for each choice of signs, so its largest output is the sum of its inputs' sizes. It
+    ends a few roundings below 1, so no sum of its inputs needs another cut. A group's inputs are in the unit
+    in which ``wrench_missed`` has their parts of tau; the division brings them back.
     """
-    fitted = list(asked)
+    signs, ratios = np.ones(len(DOF)), np.zeros(len(DOF))
+    signs[way.axes] = np.where(way.ahead < 0.0, -1.0, 1.0)
+    ratios[way.axes] = full * np.abs(way.ahead) / rules.unit_errors(builder)[1]
+    unit = np.finfo(np.float32 if builder.scalar == "float" else np.float64).eps
+    room = full * (1.0 - ROUNDINGS * float(unit))
+    longer = np.ones(len(DOF))
     for part in (UPWARDS, LEVEL):
-        load: Expression = reduce(add, [size(asked[axis]) for axis in part])
-        with builder.where(load > full, unlikely=True) as merged:
-            cut = [clamp(asked[axis], -full, full) for axis in part]
-            share = full / reduce(add, map(size, cut))
-            for axis, value in zip(part, cut, strict=True):
-                fitted[axis] = merged(share * value, asked[axis])
-    return fitted
+        if (known := ratios[part][ratios[part] > 0.0]).size:
+            longer[part] = 1.0 / np.median(known)
+    fitted = _asked(builder, way, full * signs * longer)
+    for part in (UPWARDS, LEVEL):
+        reach = room * float(longer[part[0]])
+        cut = [clamp(fitted[axis], -reach, reach) for axis in part]
+        load: Expression = reduce(add, map(size, cut))
+        share = room / most(load, reach)
+        for axis, value in zip(part, cut, strict=True):
+            fitted[axis] = share * value
+    return shared_sums(product(mixer.factors * signs, fitted, "p").rows, "w")[1]

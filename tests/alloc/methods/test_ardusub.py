@@ -12,7 +12,7 @@ from alloc.errors import VehicleError
 from alloc.kernels import rules
 from alloc.methods import ardusub, clip
 from alloc.methods.ardusub import find_inputs, inputs, outputs, program, thrust
-from alloc.program import Builder, evaluate, reachable, select
+from alloc.program import Builder, Scalar, evaluate, reachable, select
 from alloc.program.graph import FOLDED
 from alloc.vehicle.autopilot import FRAMES, Autopilot, make_autopilot
 from alloc.vehicle.geometry import DOF
@@ -237,6 +237,18 @@ def test_its_operations_answer_10_000_demands_of_each_frame_as_python_does(
     F, status = build("ardusub", vehicle).many(taus)
     np.testing.assert_allclose(made.F, F, rtol=0, atol=1e-11)
     np.testing.assert_array_equal(made.status, status)
+
+
+@pytest.mark.parametrize("scalar", ["float", "double"])
+def test_groups_that_are_fitted_exceed_no_limit_by_rounding(scalar: Scalar, rng: np.random.Generator) -> None:
+    """No cut follows in C; of demands along one axis, and of all three of a group, most fill a thruster."""
+    heavy = load_vehicle("bluerov2-heavy")
+    taus = heavy.wrench_scale * rng.choice([-1.0, 0.0, 1.0], (N_INPUTS, 6)) * rng.uniform(1, 3, (N_INPUTS, 6))
+    made = evaluate(program(heavy, "fixed", scalar), taus)
+    ends = limits_of(heavy)
+    reached = (made.F / np.where(made.F > 0.0, ends[1], ends[0])).max(axis=1)[taus.any(axis=1)]
+    assert reached.max() <= 1.0
+    assert np.median(reached) > 1.0 - 1e-5
 
 
 @pytest.mark.parametrize("name", SHIPPED)
