@@ -97,7 +97,8 @@ def prepare(entry: Entry, vehicle: Vehicle, *, start: str = "", level: str = "")
     if not vehicle.azimuths:
         return entry.prepare(vehicle, **options)
     try:
-        return AzimuthAllocator(partial(entry.prepare, **options), vehicle)
+        compiled = entry.name if entry.twin else ""
+        return AzimuthAllocator(partial(entry.prepare, **options), vehicle, compiled)
     except NotApplicable as error:
         if place := vehicle.azimuths[0].place:
             raise NotApplicable(f"{place}: {error}") from error

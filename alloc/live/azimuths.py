@@ -1,18 +1,30 @@
 """Allocators of vehicles whose thrusters turn: the best of all combinations of pieces, with angles."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import product
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from alloc.allocation import EXACT_TOLERANCE, Allocation, Allocator, FloatArray, Status, StatusArray
-from alloc.errors import DemandError
+from alloc.allocation import (
+    EXACT_TOLERANCE,
+    Allocation,
+    Allocator,
+    FloatArray,
+    Status,
+    StatusArray,
+    answer,
+    checked,
+)
+from alloc.errors import DemandError, NotApplicable
 from alloc.vehicle import Vehicle
 from alloc.vehicle.azimuth import polar
 from alloc.vehicle.call_limits import at_call, one_by_one
-from alloc.vehicle.pieces import combinations
+from alloc.vehicle.limits import Interval
+from alloc.vehicle.moment import Sets
+from alloc.vehicle.pieces import combinations, join
 
 OFFERED = ("pose", "solve", "worst_case_steps")
 """Parts of an allocator by which its kind is told (``alloc.plugin.TwoStage``, ``BoundedSteps``)."""
@@ -41,8 +53,9 @@ class AzimuthAllocator:
     demand, or delivers all of it where they don't.
     """
 
-    def __init__(self, make: Callable[[Vehicle], Allocator], vehicle: Vehicle) -> None:
-        """Prepare the allocators that ``make`` returns of convex vehicles."""
+    def __init__(self, make: Callable[[Vehicle], Allocator], vehicle: Vehicle, compiled: str = "") -> None:
+        """Prepare the allocators that ``make`` returns of convex vehicles; ``compiled`` names a C method."""
+        self._make, self._compiled = make, compiled
         self._vehicle, first = vehicle, make(combinations(vehicle)[0])
         self._own_limits = at_call(vehicle)  # those of a piece are others
         others = combinations(vehicle)[1:] if first.limited else ()
@@ -60,16 +73,33 @@ class AzimuthAllocator:
         f_max: ArrayLike | None = None,
         *,
         f_previous: ArrayLike | None = None,
+        limits: Interval | None = None,
         **given: Any,
     ) -> Allocation:
         """Allocate one wrench (k,) [N, N m] as the method does, and say forces and angles.
 
-        ``f_previous`` are the thrusts of the last call (n,) [N]; NaN where that had no answer.
+        ``f_previous`` are the thrusts of the last call (n,) [N]; NaN where that had no answer. ``limits`` are
+        sets of the moment, as ``vehicle.limits`` gives them, for which the method is prepared in the call.
         """
+        if limits is not None:
+            if not isinstance(limits, Sets) or len(limits[0]) != self._vehicle.n:
+                raise DemandError("limits are no sets of thrusters that turn; give vehicle.limits(…)")
+            if self._compiled:
+                raise NotApplicable(
+                    f"{self._compiled}: takes no limits= yet, for which a method is prepared in the call; use"
+                    f" {self._compiled.partition('@')[0]}"
+                )
+            checked(tau, self._vehicle.k)
+            if limits.empty:
+                nothing = answer(np.full(self._vehicle.n, np.nan), Status.INFEASIBLE)
+                return with_angles(self._vehicle, nothing)
+            at_once = AzimuthAllocator(self._make, with_sets(self._vehicle, limits))
+            found = at_once(tau, f_min, f_max, f_previous=f_previous, **given)
+            return with_angles(self._vehicle, found)
         last = None if f_previous is None else self._checked(f_previous)
         if len(self._allocators) == 1:
-            limits = () if f_min is None and f_max is None else (f_min, f_max)
-            found = self._allocators[0](tau, *limits, **given)
+            boxes = () if f_min is None and f_max is None else (f_min, f_max)
+            found = self._allocators[0](tau, *boxes, **given)
         else:
             self._own_limits(f_min, f_max)
             answers = [allocate(tau, **given) for allocate in self._allocators]
@@ -144,3 +174,19 @@ def _delivered(vehicle: Vehicle, tau: FloatArray, given: Allocation) -> tuple[fl
     asked = float(np.linalg.norm(tau / vehicle.wrench_scale))
     missed = float(np.linalg.norm((vehicle.TP @ given.f - tau) / vehicle.wrench_scale))
     return (1.0 - missed / asked,) if asked > 0.0 else (-missed,)
+
+
+def with_sets(vehicle: Vehicle, sets: Sets) -> Vehicle:
+    """The vehicle of a moment, whose own limits are these sets; raises NotApplicable where some are weak.
+
+    Directions of wrench are weak by what the vehicle can do, not by what a moment leaves of it.
+    """
+    if vehicle.strong is not vehicle or len(vehicle.mixture) > 1:
+        raise NotApplicable(f"{vehicle.name}: has weak directions, and limits= takes none yet; set weak: 0")
+    azimuths = [
+        azimuth if not vehicle.readiness[azimuth.first] else join(azimuth.first, pieces, None, azimuth.place)
+        for azimuth, pieces in zip(vehicle.azimuths, sets.polygons, strict=True)
+    ]
+    return replace(
+        vehicle, f_min=sets[0], f_max=sets[1], azimuths=tuple(azimuths), units=vehicle.row_lengths, slew=None
+    )

@@ -46,6 +46,8 @@ class Azimuth:
     pieces : corners of each of several polygons; empty for one
     arc : angles from … to of the forces of several polygons [deg]; None for a whole turn, and where zones
         interrupt it
+    rate_deg, slew : how fast it turns [deg/s], and how fast the size of its force may change [N/s]; None
+        where nothing says
     """
 
     first: int
@@ -53,6 +55,8 @@ class Azimuth:
     place: str = ""
     pieces: tuple[FloatArray, ...] = ()
     arc: tuple[float, float] | None = None
+    rate_deg: float | None = None
+    slew: float | None = None
 
     @cached_property
     def parts(self) -> tuple["Azimuth", ...]:
@@ -218,7 +222,7 @@ def check_azimuths(
     ``others`` are the vehicle's parts that do not go with azimuths yet, None for those that it has not.
     """
     if any(part is not None for part in others):
-        raise VehicleError(f"{name}: azimuths have no slew rates, voltages, ESCs, caps or autopilots yet")
+        raise VehicleError(f"{name}: azimuths have no voltages, ESCs, caps or autopilots yet")
     n, taken = len(readiness), list[int]()
     for azimuth in azimuths:
         x, y = azimuth.components

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from alloc.allocation import FloatArray
 from alloc.errors import VehicleError
 from alloc.vehicle.azimuth import Azimuth
-from alloc.vehicle.keys import MISSING, AzimuthKeys, Numbers, Thruster, VehicleFile
+from alloc.vehicle.keys import MISSING, AzimuthKeys, Numbers, Rates, Thruster, VehicleFile
 from alloc.vehicle.pieces import Arc, check_combinations, join, largest_least, ring_pieces, sector_pieces
 
 MOST_SIDES = 64
@@ -17,7 +17,7 @@ MOST_SIDES = 64
 TURN = 6.3
 """Angles that all lie within this are taken for radians [deg]: a turn is 6.28 of them."""
 UNSUPPORTED = (
-    *("planar", "T", "H", "slew", "volts", "esc", "cap", "autopilot", "reaction_torque", "names", "suspect"),
+    *("planar", "T", "H", "volts", "esc", "cap", "autopilot", "reaction_torque", "names", "suspect"),
     *("groups", "inertia"),
 )
 """Keys that a file with azimuth thrusters can't have yet."""
@@ -33,6 +33,10 @@ def expand(keys: VehicleFile) -> tuple[VehicleFile, tuple[Azimuth, ...]]:
     if not any(thruster.azimuth for thruster in thrusters):
         return keys, ()
     check_directions(thrusters, turning=True)
+    if isinstance(keys.slew, (Rates, list)):
+        raise VehicleError("slew: give one number [N/s] for the fixed thrusters beside azimuths", "slew")
+    if keys.slew is not None and all(thruster.azimuth for thruster in thrusters):
+        raise VehicleError("slew: no fixed thruster is there to have it; give it in 'azimuth'", "slew")
     for key in UNSUPPORTED:
         if getattr(keys, key) not in (None, []):
             raise VehicleError(f"{key}: not supported yet beside azimuth thrusters; leave it out", key)
@@ -53,7 +57,8 @@ def expand(keys: VehicleFile) -> tuple[VehicleFile, tuple[Azimuth, ...]]:
         if any(thruster.direction):
             raise VehicleError(f"{key}: has direction and azimuth; keep one of them", key)
         pieces, sector = read_pieces(thruster.azimuth, f"{key}.azimuth")
-        azimuths.append(join(len(made), pieces, sector, f"{key}.azimuth"))
+        rates = thruster.azimuth.rate_deg, thruster.azimuth.slew
+        azimuths.append(join(len(made), pieces, sector, f"{key}.azimuth", *rates))
         corners = azimuths[-1].corners
         made += [Thruster(thruster.position, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))]
         f_min += corners.min(axis=0).tolist()
@@ -107,6 +112,9 @@ def read_pieces(keys: AzimuthKeys, place: str) -> tuple[list[FloatArray], Arc | 
         raise refused("sector_deg", f"{[start, end]} look like radians; give degrees")
     if end - start > 360.0:
         raise refused("sector_deg", f"spans {end - start:g} degrees; give at most 360")
+    for key, unit in (("rate_deg", "deg/s"), ("slew", "N/s")):
+        if (rate := getattr(keys, key)) is not None and not 0.0 < rate < inf:
+            raise refused(key, f"is {rate:g}; give a rate above 0 [{unit}], or leave it out")
     for zone in keys.forbidden_deg:
         low, high = zone
         if not -720.0 <= low < high <= 720.0 or high - low > 360.0:

@@ -143,6 +143,8 @@ class AzimuthKeys(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     sector_deg : angles of force from x towards y, from and to [deg]
     forbidden_deg : zones that are left out of the sector, each from and to [deg]
     sides : of the polygon that stands for the whole disc
+    rate_deg : how fast it turns [deg/s]; None where nothing says
+    slew : how fast the size of its force may change [N/s]; None where nothing says
     """
 
     max: float
@@ -150,6 +152,8 @@ class AzimuthKeys(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     sector_deg: tuple[float, float] = (-180.0, 180.0)
     forbidden_deg: list[tuple[float, float]] = []
     sides: int = 16
+    rate_deg: float | None = None
+    slew: float | None = None
 
 
 MISSING = (0.0, 0.0, 0.0)

@@ -27,6 +27,7 @@ from alloc.vehicle.esc import Esc, Sent, esc_commands, esc_draw, esc_limits, esc
 from alloc.vehicle.frame import Frame, checked_frame, turned
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.limits import Interval, Slew, VoltageTable, of_a_moment
+from alloc.vehicle.moment import sets_of_a_moment
 from alloc.vehicle.names import Priority, check_names, checked_levels, checked_priority, thruster_index
 from alloc.vehicle.weak import (
     ALL_WEAK,
@@ -115,7 +116,7 @@ class Vehicle:
         object.__setattr__(self, "priority", checked_priority(self.priority, self.dof))
         object.__setattr__(self, "groups", checked_levels(self.groups, self.dof, "groups", "group"))
         if self.azimuths:
-            others = (self.slew, self.by_volts, self.autopilot, self.cap, *self.esc)
+            others = (self.by_volts, self.autopilot, self.cap, *self.esc)
             check_azimuths(self.name, self.azimuths, arrays["readiness"], others)
             bounding_box(self.azimuths, arrays["f_min"], arrays["f_max"])
         for key in ("f_min", "f_max"):  # a thruster that is off gives 0, however the vehicle was made
@@ -302,6 +303,7 @@ class Vehicle:
         f_previous: ArrayLike | None = None,
         dt: float | None = None,
         blocked: Sequence[int | str] = (),
+        angles: ArrayLike | None = None,
     ) -> Interval:
         """f_min and f_max (n,) of this moment [N]: this vehicle's own, intersected with all that is given.
 
@@ -310,18 +312,25 @@ class Vehicle:
         volts : of the battery [V]; limits are interpolated linearly in the vehicle's table
         f_previous, dt : (n,) thrusts of the last call [N] and the time since [s]; slew rates bound the change
         blocked : thrusters, by index or name, that give nothing now, as one out of the water
+        angles : (m,) last angle of each thruster [deg], for those that turn and gave no force; else they are
+            where they rest
 
         Returns
         -------
         f_min, f_max : (n,) fresh arrays, 0 for a thruster that is off or blocked; f_min exceeds f_max where
-            what is given contradicts itself, as slew rates do that can't follow a voltage
+            what is given contradicts itself, as slew rates do that can't follow a voltage. Where thrusters
+            turn they are boxes around polygons, and both together are ``limits`` of a call
 
         Raises
         ------
         VehicleError where the vehicle has no table or no slew rates, DemandError for a voltage outside of the
         table, and for what is no thrusts, no time or no thruster.
         """
-        refuse_azimuths(self.azimuths, "vehicle.limits", "those of a moment are boxes")
+        if self.azimuths and volts is None:
+            if blocked:
+                refuse_azimuths(self.azimuths, "vehicle.limits(blocked=…)", "take vehicle.with_fault")
+            own, turning = (self.f_min, self.f_max), (self.azimuths, self.readiness)
+            return sets_of_a_moment(self.name, own, *turning, self.slew, f_previous, dt, angles)
         own = self.f_min, self.f_max
         low, high = of_a_moment(self.name, own, self.by_volts, self.slew, volts, f_previous, dt)
         still = self.readiness == 0

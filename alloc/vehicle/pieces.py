@@ -71,11 +71,17 @@ def ring_pieces(least: float, most: float, arc: Arc, sides: int) -> list[FloatAr
     return pieces
 
 
-def join(first: int, pieces: Sequence[FloatArray], sector: Arc | None, place: str) -> Azimuth:
+def join(
+    first: int,
+    pieces: Sequence[FloatArray],
+    sector: Arc | None,
+    place: str,
+    rate_deg: float | None = None,
+    slew: float | None = None,
+) -> Azimuth:
     """The thruster whose forces are those of any of the pieces, and angles those of a sector [deg]."""
-    if len(pieces) == 1:
-        return Azimuth(first, pieces[0], place)
-    return Azimuth(first, np.vstack(pieces), place, tuple(pieces), sector)
+    several = (tuple(pieces), sector) if len(pieces) > 1 else ((), None)
+    return Azimuth(first, np.vstack(pieces), place, *several, rate_deg, slew)
 
 
 def count_combinations(azimuths: Sequence[Azimuth]) -> int:

@@ -10,7 +10,7 @@ from alloc import AllocError, Vehicle, build, load_vehicle
 from alloc.errors import VehicleError
 from alloc.vehicle.azimuth import Azimuth, polygon_corners
 from alloc.vehicle.azimuth_file import free_arcs
-from alloc.vehicle.limits import Slew
+from alloc.vehicle.limits import VoltageTable
 from tests.azimuths import FERRY, corners_lp, demands_around
 
 MIXED = """\
@@ -141,7 +141,7 @@ def test_an_azimuth_that_is_none_is_refused_in_one_line(azimuth: str, said: str,
             "T: [[1, 0], [0, 1], [0, 0]]",
             "line 6: T: not supported yet beside azimuth thrusters; leave it out",
         ),
-        ("slew: 5", "line 6: slew: not supported yet beside azimuth thrusters; leave it out"),
+        ("volts: {12: [-1, 1], 14: [-2, 2]}", "line 6: volts: not supported yet beside azimuth thrusters"),
         ("reaction_torque: 0.1", "line 6: reaction_torque: not supported yet beside azimuth thrusters"),
         ("names: [a, b]", "line 6: names: not supported yet beside azimuth thrusters; leave it out"),
         ("weights: [1, 1, 1, 1]", "line 6: weights: 4 numbers for 2 thrusters; give one each"),
@@ -163,9 +163,9 @@ def test_limits_of_fixed_thrusters_are_counted_without_those_that_turn(tmp_path:
 
 
 def test_parts_that_do_not_go_with_azimuths_are_refused_in_scripts_too(tmp_path: Path) -> None:
-    vehicle, rates = load(FERRY, tmp_path), np.full(4, 5.0)
-    with pytest.raises(VehicleError, match="azimuths have no slew rates"):
-        replace(vehicle, slew=Slew(rates, rates))
+    vehicle, far = load(FERRY, tmp_path), np.full((2, 4), 5.0)
+    with pytest.raises(VehicleError, match="azimuths have no voltages"):
+        replace(vehicle, by_volts=VoltageTable(np.array([12.0, 14.0]), -far, far))
     for corners in ([[0, 0], [0, 1], [1, 0]], PENTAGRAM, [[0, 0], [1, 0]]):
         with pytest.raises(VehicleError, match=r"not convex|three or more pairs"):
             replace(vehicle, azimuths=(Azimuth(0, np.array(corners, dtype=float)),), names=())
@@ -173,12 +173,11 @@ def test_parts_that_do_not_go_with_azimuths_are_refused_in_scripts_too(tmp_path:
         replace(vehicle, azimuths=(vehicle.azimuths[0], vehicle.azimuths[0]), names=())
 
 
-def test_limits_of_a_moment_and_another_frame_are_refused(tmp_path: Path) -> None:
+def test_another_frame_is_refused(tmp_path: Path) -> None:
     vehicle = load(FERRY, tmp_path)
     assert vehicle.with_frame("frd") is vehicle
-    for refused in (lambda: vehicle.limits(), lambda: vehicle.with_frame("flu")):
-        with pytest.raises(AllocError, match="takes no azimuth thrusters yet"):
-            refused()
+    with pytest.raises(AllocError, match="takes no azimuth thrusters yet"):
+        vehicle.with_frame("flu")
 
 
 def test_the_supply_vessel_s_columns_and_limits_are_those_of_its_source() -> None:

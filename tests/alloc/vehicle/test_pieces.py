@@ -42,6 +42,7 @@ def free(forces: np.ndarray, least: float, arcs: list[Arc], spare: float) -> np.
 
 
 SETS = [
+    ("{max: 100, forbidden_deg: [[178, 182]]}", 0.0, [(-178.0, 178.0)], 2),
     ("{max: 100, sector_deg: [-100, 100]}", 0.0, [(-100.0, 100.0)], 2),
     ("{max: 100, forbidden_deg: [[170, 190]]}", 0.0, [(-170.0, 170.0)], 2),
     ("{max: 100, sector_deg: [-90, 90], forbidden_deg: [[-10, 10]]}", 0.0, [(-90.0, -10.0), (10.0, 90.0)], 2),
