@@ -54,10 +54,15 @@ def test_sentences_on_failures_autopilots_and_caps_fail_on_easy_demands(
         worse = len(taus) != fresh_demands.DIRECTIONS
         return {"a way": (np.full(len(taus), 0.5 if worse else 1.0), np.full(len(taus), 1.0 + worse))}
 
+    def bounds(vehicle: Vehicle, way: str, taus: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return np.full(len(taus), 0.25), np.full(len(taus), 4.0)
+
+    monkeypatch.setattr(fresh_demands, "FRESH", 1000)
     monkeypatch.setattr(fresh_demands, "compare_ways", ways)
+    monkeypatch.setattr(fresh_demands, "way_bounds", bounds)
     share, current = fresh_demands.failed_fuse(vehicle)
-    assert share.startswith("a way: worst share 1, but 100 % ")
-    assert current.startswith("a way: worst current 1, but 100 % ")
+    assert share == "a way: worst share 1, but 100 % of 1,000 others: -0.5"
+    assert current == "a way: worst current 1, but 100 % of 1,000 others: 2"
     assert list(fresh_demands.failed_fuse(load_vehicle("ukwial"))) == []  # without currents
 
 
