@@ -75,14 +75,14 @@ def energy_lines(demands: DemandSet, seconds: FloatArray | None) -> list[tuple[s
         power = mean_power(demands, cap.volts, seconds)
     except AllocError:  # too many facets
         return []
-    return [] if power is None else [(f"energy at {cap.volts:g} V", power.words)]
+    if power is None:
+        return []
+    return [(f"energy at {cap.volts:g} V", f"{power.words}, by {power.n:,} of {len(demands.taus):,} demands")]
 
 
 SET = "mission"
 SAG = 0.6
 """Part of the file's cap that is left when the mission ends; it falls evenly [-]."""
-STEP = 10
-"""Distance between the demands that are answered and counted: a call with a cap takes milliseconds."""
 TIME_CONSTANT = 5.0
 """MOT_BAT_CURR_TC where nobody sets it [s]."""
 AHEAD, FAST, BRAKE = 5.0, 1.5, 2.5
@@ -139,25 +139,20 @@ def cap_excesses(vehicle: Vehicle, seed: int) -> list[CapExcess]:
     taus, dt = demands.taus, 1.0 / (demands.rate_hz or 1.0)
     caps = vehicle.cap.amps() * np.linspace(1.0, SAG, len(taus))
     F = allocate.many(taus, *limits)[0]
-    counted = slice(None, None, STEP)
-    within = np.array(
-        [
-            allocate(tau, *limits, cap=cap, volts=volts).f
-            for tau, cap in zip(taus[counted], caps[counted], strict=True)
-        ]
-    )
+    answers = (allocate(tau, *limits, cap=cap, volts=volts) for tau, cap in zip(taus, caps, strict=True))
+    within = np.array([answer.f for answer in answers])
     ways = {
-        WITHIN: vehicle.commands(within, volts, f_min=limits[0], f_max=limits[1], cap=caps[counted]).f,
-        FEEDBACK: limiter_thrusts(vehicle, vehicle.commands(F, volts).u, caps, volts, dt)[counted],
-        WITHOUT: F[counted],
+        WITHIN: vehicle.commands(within, volts, f_min=limits[0], f_max=limits[1], cap=caps).f,
+        FEEDBACK: limiter_thrusts(vehicle, vehicle.commands(F, volts).u, caps, volts, dt),
+        WITHOUT: F,
     }
     if vehicle.autopilot is not None and vehicle.autopilot.method == "ardusub":
         pulses = linear_commands(vehicle, build("ardusub", vehicle).many(taus)[0])
-        ways[MIXED] = limiter_thrusts(vehicle, pulses, caps, volts, dt)[counted]
+        ways[MIXED] = limiter_thrusts(vehicle, pulses, caps, volts, dt)
     found = []
     for way, made in ways.items():
-        over = draw.amps(made).sum(axis=1) - caps[counted]
-        shares = share_along(demands.strong[0], demands.strong[1][counted], made, limits)
+        over = draw.amps(made).sum(axis=1) - caps
+        shares = share_along(*demands.strong, made, limits)
         found.append(
             CapExcess(
                 way=way,

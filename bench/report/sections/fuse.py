@@ -40,7 +40,11 @@ def _vehicle(capability: Capability, cost: FuseCost) -> list[str]:
         f"Worst of {cost.n_demands:,} drawn; {rarity(cost.n_demands)} of all such demands are worse.\n",
         table(headers, [[way.way, *_ends(way)] for way in cost.ways]),
         *_mission(cost),
-        *(f"Energy of {power.demands}, {three(power.seconds)} s: {power.words}.\n" for power in cost.powers),
+        *(
+            f"Energy of {power.demands}, {three(power.seconds)} s,"
+            f" by {power.n} of its demands: {power.words}.\n"
+            for power in cost.powers
+        ),
     ]
 
 

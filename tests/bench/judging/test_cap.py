@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from alloc import Vehicle, alpha_max, load_vehicle
+from alloc import Vehicle, alpha_max, build, load_vehicle
 from alloc.vehicle.current import Cap
 from bench.demands import DemandSet, labelled
 from bench.judging.cap import (
@@ -98,6 +98,9 @@ def test_allocation_within_the_cap_never_exceeds_it_and_the_limiter_does(
 
     monkeypatch.setattr("bench.judging.cap.build_demands", drawn)
     found = {each.way: each for each in cap_excesses(heavy(), 1)}
+    F = build("scaled", heavy()).many(drawn("", heavy(), 1).taus, *heavy().esc_limits(VOLTS))[0]
+    over = heavy().draw(VOLTS).amps(F).sum(axis=1) - heavy().cap.amps() * np.linspace(1.0, 0.6, 200)
+    assert found[WITHOUT].over_A == pytest.approx(over.max(), abs=1e-3)  # of all, not of every tenth
     assert found[WITHIN].over_A == found[WITHIN].over_share == 0.0
     assert 0.0 < found[FEEDBACK].over_A <= found[WITHOUT].over_A
     assert found[FEEDBACK].over_share < found[WITHOUT].over_share
@@ -166,6 +169,7 @@ def test_a_line_needs_a_cap_a_voltage_and_times(two: Vehicle) -> None:
     ((what, said),) = energy_lines(labelled("log", two, taus), seconds)
     assert what == "energy at 10 V"
     assert said.startswith("0.754 Wh by least effort")
+    assert said.endswith(", by 1 of 1 demands")
     assert energy_lines(labelled("log", two, taus), None) == []
     without = replace(two, cap=None), replace(two, cap=Cap(12.0))
     assert [energy_lines(labelled("log", each, taus), seconds) for each in without] == [[], []]

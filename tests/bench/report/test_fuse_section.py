@@ -40,7 +40,8 @@ def test_the_section_has_shares_currents_and_the_most_along_each_axis(
     assert "### ukwial, 22.0 A of 137 A at 12 V" in text
     assert re.search(r"\| apart +\| +50.0 % +\| +25.0 % +\| +125 % +\| +150 % +\|", text)
     assert re.search(r"\| apart +\| -1.50 … 2.00 +\| ± 2.00 +\| ± 1.00 +\|", text)
-    assert "mission, 1800 s: 50 Wh by least effort, 49 Wh at least current: 2 % less" in text
+    energy = "50 Wh by least effort, 49 Wh at least current: 2 % less"
+    assert f"mission, 1800 s, by 100 of its demands: {energy}" in text
     assert "while the cap falls from 22.0 to 13.2 A" in text
     assert re.search(r"\| limiter +\| +12.5 +\| +10.0 % +\| +90.0 % +\| +25.0 % +\|", text)
     assert text in page(run, frozenset())
