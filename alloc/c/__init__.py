@@ -6,8 +6,9 @@ from alloc.c.compiled import missing
 from alloc.c.esc import check_escs, command_type, to_escs
 from alloc.c.esc_selftest import esc_selftest
 from alloc.c.generate import digest, generate, printed, sources
-from alloc.c.monitor import LASTING, accusations, check_noise, monitor, monitor_selftest
+from alloc.c.monitor import monitor, monitor_selftest
 from alloc.c.package import Package, packaged, page
+from alloc.c.suspicion import LASTING, accusations, check_noise
 from alloc.c.target import Recipe, Target, arguments, function_name, known_faults, parameters
 from alloc.c.text import covering, in_comment
 

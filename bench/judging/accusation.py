@@ -1,19 +1,20 @@
 """Time until the monitor of ``codegen --monitor`` accuses a thruster that is off, from its own arithmetic.
 
-Thruster i is off and noise is as stated. Of thrusts that are told, running sums with forgetting of
-f_i f_j a_i . a_j (``alloc.c.monitor``) are the pushes s_ij along each thruster j, and d_i = s_ii. The losses
-that explain them are l_i = 1 - SLIGHT and l_j = (s_ij - SLIGHT d_j) / d_j, so log odds are
-(l_i^2 d_i - l_j^2 d_j) / (2 INFLATION) on average. Noise that keeps rho = exp(-1 / LASTING) of itself from
-call to call moves pushes along i and j with the covariance V_ij, the sum of f_i f_j a_i . a_j rho^calls over
-all pairs of calls, and log odds with the variance (l_i^2 V_ii + l_j^2 V_jj - 2 l_i l_j V_ij) / INFLATION^2.
-The normal tail gives how often they exceed ACCUSED; stretches of demands are averaged.
+Thruster i is off and noise is as stated. Of thrusts that are told, running sums with forgetting over turns of
+(f_i - mean f_i) (f_j - mean f_j) a_i . a_j (``alloc.c.suspicion``) are the pushes s_ij along each thruster j,
+and d_i = s_ii. The losses that explain them are l_i = 1 - SLIGHT and l_j = (s_ij - SLIGHT d_j) / d_j, so log
+odds are (l_i^2 d_i - l_j^2 d_j) / (2 INFLATION) on average. Noise that keeps rho = exp(-TURNS / LASTING) of
+itself from turn to turn moves pushes along i and j with the covariance V_ij, the sum of these products with
+rho^turns over all pairs of turns, and log odds with the variance (l_i^2 V_ii + l_j^2 V_jj - 2 l_i l_j V_ij) /
+INFLATION^2. The normal tail gives how often they exceed ACCUSED; stretches of demands are averaged. All
+thrusters are taken to have their turn at once.
 """
 
 import numpy as np
 
 from alloc import Vehicle
 from alloc.allocation import FloatArray
-from alloc.c.monitor import ACCUSED, KEPT, LASTING, LEAST, SLIGHT, inflation
+from alloc.c.suspicion import ACCUSED, KEPT, LASTING, LEAST, SLIGHT, TURNS, inflation
 from alloc.closed_forms.inverse import generalized_inverse
 
 LIVELY = 0.4
@@ -99,16 +100,18 @@ def accused_shares(
     from scipy.special import ndtr
 
     columns = vehicle.TP / noise[:, None]
-    products, on, rho = columns.T @ columns, np.arange(vehicle.n), np.exp(-1.0 / lasting)
-    sums, moved = np.zeros((2, len(F), vehicle.n, vehicle.n))
-    before = np.zeros((len(F), vehicle.n))
+    products, on, rho = columns.T @ columns, np.arange(vehicle.n), np.exp(-TURNS / lasting)
+    sums, moved = np.zeros((2, len(F), vehicle.n + 1, vehicle.n + 1))
+    before = np.zeros((len(F), vehicle.n + 1))
     shares = np.zeros(F.shape[1:])
-    for call, f in enumerate(np.swapaxes(F, 0, 1)):
+    for call in range(0, F.shape[1] - TURNS + 1, TURNS):
+        f = np.pad(F[:, call], ((0, 0), (0, 1)), constant_values=1.0)
         told, follows = f[:, :, None] * f[:, None, :], f[:, :, None] * before[:, None, :]
         sums = KEPT * sums + told
         moved = KEPT**2 * moved + told + follows + np.swapaxes(follows, 1, 2)
         before = KEPT * rho * (before + f)
-        push, V = products * sums, products * moved
+        means = sums[:, -1] / sums[:, -1, -1:]
+        push, V = (products * _about(means, each) for each in (sums, moved))
         d = push[:, on, on] + LEAST
         own = ((1.0 - SLIGHT) * push[:, on, on] / d)[:, :, None]
         other = np.maximum(push / d[:, None, :] - SLIGHT, 0.0)
@@ -116,8 +119,18 @@ def accused_shares(
         gap = (own**2 * d[:, :, None] - other**2 * d[:, None, :]) / 2.0 - inflation(lasting) * ACCUSED
         size = V[:, on, on]
         spread = own**2 * size[:, :, None] + other**2 * size[:, None, :] - 2.0 * own * other * V
-        shares[call] = ndtr((gap / np.sqrt(np.maximum(spread, 1e-9))).min(axis=2)).mean(axis=0)
+        share = ndtr((gap / np.sqrt(np.maximum(spread, 1e-9))).min(axis=2)).mean(axis=0)
+        shares[call + TURNS - 1 : call + 2 * TURNS - 1] = share
     return shares
+
+
+def _about(means: FloatArray, sums: FloatArray) -> FloatArray:
+    """Sums (D, n, n) of products of thrusts about means, of sums (D, n + 1, n + 1) whose last is a 1."""
+    f = means[:, :-1]
+    ones = f[:, :, None] * sums[:, -1:, :-1]
+    about: FloatArray = sums[:, :-1, :-1] - ones - np.swapaxes(ones, 1, 2)
+    about += sums[:, -1:, -1:] * f[:, :, None] * f[:, None, :]
+    return about
 
 
 def as_text(vehicle: Vehicle, seconds: FloatArray, demands: str, lasting_s: float = LATE_S) -> str:

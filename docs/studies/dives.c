@@ -78,7 +78,7 @@ double dive(const double drag[K], const double water[K], const double periods[],
     static const double one[K] = ONES, still[K] = {0.0};
     const double row_s = 1.0 / RATE_HZ, fine_s = row_s / FINE;
     double wave[WAVES * K][4], v[K] = {0.0}, nominal[K] = {0.0}, largest_odds = 0.0;
-    STATE state = {{0.0}, {0.0}};
+    STATE state = {{0.0}, {0.0}, {0.0}, {{0.0}}, {0.0}, 0};
     for (int i = 0; i < WAVES * K; i++) {
         const double turned = 2.0 * 3.14159265358979323846 / periods[i] * row_s;
         const double start[4] = {sin(phases[i]), cos(phases[i]), sin(turned), cos(turned)};

@@ -22,7 +22,7 @@ import numpy as np
 from alloc import Vehicle, build, generate, list_vehicles, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.c.compiled import shared_library
-from alloc.c.monitor import ACCUSED, accusations
+from alloc.c.suspicion import ACCUSED, accusations
 from alloc.lint.isolation import isolation
 from alloc.vehicle.geometry import DOF
 from bench.demands.mission import LINEAR, QUADRATIC, M

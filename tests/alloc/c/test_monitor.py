@@ -13,7 +13,7 @@ from scipy.stats import norm
 from alloc import AllocError, Vehicle, generate, load_vehicle
 from alloc.allocation import FloatArray, IndexArray
 from alloc.c import Target, accusations, compiled, missing, monitor
-from alloc.c.monitor import ACCUSED, LASTING, MEMORY, NOBODY, inflation
+from alloc.c.suspicion import ACCUSED, LASTING, MEMORY, NOBODY, TURNS, inflation
 from alloc.c.target import NOT_FINITE
 from alloc.lint.isolation import assumed_noise
 from alloc.methods import recipe
@@ -65,7 +65,7 @@ class Watch:
         target = Target(vehicle=vehicle, method=recipe("pinv"))
         library = ctypes.CDLL(str(compiled.shared_library(target.name, monitor(target, noise, lasting))))
         array = np.ctypeslib.ndpointer(dtype=np.float64)
-        self.state, self.odds = np.zeros(2 * vehicle.n), np.zeros(1)
+        self.state, self.odds = np.zeros(3 * vehicle.n + 2 * vehicle.k + 3), np.zeros(1)
         self.monitor, self.suspect = library[f"{target.name}_monitor"], library[f"{target.name}_suspect"]
         self.monitor.argtypes, self.suspect.argtypes = [array] * 3, [array] * 2
 
@@ -135,6 +135,18 @@ def test_a_healthy_dive_accuses_nobody() -> None:
         assert odds.max() < ACCUSED / 2
 
 
+def test_a_steady_wrench_accuses_nobody_and_hides_no_failure() -> None:
+    vehicle, rng = load_vehicle("tiburon"), np.random.default_rng(4)
+    F = vehicle.f_scale * (0.3 + 0.2 * rng.uniform(-1, 1, (400, vehicle.n)))
+    noise = assumed_noise(vehicle)
+    current = 4.0 * noise
+    for dead, least, most in ((None, 0.0, 1.0), (5, ACCUSED, np.inf)):
+        made = F * np.where(np.arange(vehicle.n) == dead, 0.0, 1.0)
+        _, who, odds = Watch(vehicle, noise / 10, 1.0).all(F, made @ vehicle.T.T - current)
+        assert least <= odds[-1] <= most
+        assert dead is None or who[-1] == dead
+
+
 def test_what_is_no_number_or_far_too_large_changes_nothing() -> None:
     vehicle = load_vehicle("ukwial")
     watch, f, wrench = Watch(vehicle, assumed_noise(vehicle)), np.ones(4), np.zeros(3)
@@ -177,7 +189,7 @@ def test_the_header_says_the_noise() -> None:
 
 
 def test_sums_of_noise_that_lasts_vary_at_most_by_the_inflation() -> None:
-    covariance = toeplitz(np.exp(-np.arange(1000) / LASTING))
+    covariance = toeplitz(np.exp(-TURNS * np.arange(1000) / LASTING))
     largest = float(eigh(covariance, eigvals_only=True, subset_by_index=[999, 999])[0])
     assert 0.9 * inflation(LASTING) < largest <= inflation(LASTING)
 
@@ -187,16 +199,17 @@ def test_chance_accuses_less_than_once_in_a_thousand_hours() -> None:
 
 
 def test_chance_exceeds_low_odds_no_more_often_than_the_formula_that_accusations_rest_on_says() -> None:
-    vehicle, lasting, calls, cases = load_vehicle("ukwial"), 5.0, 50, 3_000
+    vehicle, lasting, calls, cases = load_vehicle("ukwial"), 5.0, 100, 3_000
     rng, rho, sizes = np.random.default_rng(3), np.exp(-1 / 5.0), assumed_noise(vehicle)
     noise = rng.normal(size=(calls, cases, 3))
     for row in range(1, calls):
         noise[row] = rho * noise[row - 1] + np.sqrt(1 - rho**2) * noise[row]
-    # One thruster pushes, and steadily: that is the worst. Half the inflation would double log odds.
-    f = np.array([np.sqrt(10 / calls) / np.linalg.norm(vehicle.T[:, 0] / sizes), 0.0, 0.0, 0.0])
+    # One thruster pushes, in one slow wave: that is the worst. Half the inflation would double log odds.
+    wave = np.sin(2 * np.pi * np.arange(calls) / calls)[:, None] * np.array([1.0, 0.0, 0.0, 0.0])
+    F = wave * np.sqrt(40 / calls) / np.linalg.norm(vehicle.T[:, 0] / sizes)
     watch, odds = Watch(vehicle, sizes, lasting), np.zeros(cases)
     for case, errors in enumerate(np.swapaxes(noise, 0, 1)):
         watch.state[:] = 0.0
-        odds[case] = watch.all(np.tile(f, (calls, 1)), f @ vehicle.T.T + sizes * errors)[2][-1]
+        odds[case] = watch.all(F, F @ vehicle.T.T + sizes * errors)[2][-1]
     assert 0.2 * norm.sf(2.0) < (odds > 2.0).mean() <= norm.sf(2.0)
     assert (2 * odds > 2.0).mean() > norm.sf(2.0)

@@ -8,7 +8,7 @@ import pytest
 from alloc import load_vehicle
 from alloc.allocation import FloatArray
 from alloc.c import accusations
-from alloc.c.monitor import ACCUSED, LASTING
+from alloc.c.suspicion import ACCUSED, LASTING
 from alloc.lint.isolation import assumed_noise
 from bench.demands.mission import M
 from bench.judging.accusation import (
