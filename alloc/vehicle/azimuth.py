@@ -76,6 +76,18 @@ class Azimuth:
         return normals
 
     @cached_property
+    def along(self) -> tuple[FloatArray, FloatArray]:
+        """(v, 2) unit vectors along the sides [-], and (v,) how far along each its first corner is [N]."""
+        units = self.normals @ np.array([[0.0, 1.0], [-1.0, 0.0]])
+        return units, (self.corners * units).sum(axis=1)
+
+    @cached_property
+    def lengths(self) -> FloatArray:
+        """(v,) lengths of the sides [N]."""
+        far: FloatArray = np.linalg.norm(np.roll(self.corners, -1, axis=0) - self.corners, axis=1)
+        return far
+
+    @cached_property
     def reach(self) -> FloatArray:
         """(v,) distance of each side from zero force [N]."""
         far = (self.normals * self.corners).sum(axis=1)
@@ -167,22 +179,29 @@ def nearest_thrusts(
     """
     nearest = np.clip(F, f_min, f_max)
     for azimuth in azimuths:
-        f = F[:, azimuth.components]
-        feet = np.stack([_nearest(part, f) for part in azimuth.parts], axis=1)
-        first = np.linalg.norm(feet - f[:, None], axis=2).argmin(axis=1)
-        nearest[:, azimuth.components] = feet[np.arange(len(f)), first]
+        f = F[:, azimuth.first : azimuth.first + 2]
+        found, *others = [_nearest(part, f) for part in azimuth.parts]
+        for other in others:
+            nearer = ((other - f) ** 2).sum(axis=1) < ((found - f) ** 2).sum(axis=1)
+            found = np.where(nearer[:, None], other, found)
+        nearest[:, azimuth.first : azimuth.first + 2] = found
     return nearest
 
 
 def _nearest(azimuth: Azimuth, f: FloatArray) -> FloatArray:
     """Forces (N, 2) of the polygon that are nearest to f (N, 2) [N]."""
-    corners = azimuth.corners
-    along = np.roll(corners, -1, axis=0) - corners
-    share = ((f[:, None] - corners) * along).sum(axis=2) / (along**2).sum(axis=1)
-    feet = corners + np.clip(share, 0.0, 1.0)[:, :, None] * along
-    first = np.linalg.norm(feet - f[:, None], axis=2).argmin(axis=1)
-    inside = (f @ azimuth.normals.T <= azimuth.reach).all(axis=1, keepdims=True)
-    return np.where(inside, f, feet[np.arange(len(f)), first])
+    beyond = f @ azimuth.normals.T - azimuth.reach
+    if beyond.max(initial=0.0) <= 0.0:  # the usual case, quickly
+        return f
+    # Outside, some side that the force is beyond has the nearest point, at its foot or at an end.
+    along, start = azimuth.along
+    feet = np.minimum(np.maximum(f @ along.T - start, 0.0), azimuth.lengths)
+    # Of all sides the nearest has the least of what is beyond it and what is past its ends.
+    past = f @ along.T - start - feet
+    first = np.where(beyond > 0.0, np.hypot(beyond, past), np.inf).argmin(axis=1)
+    rows = np.arange(len(f))
+    found: FloatArray = azimuth.corners[first] + feet[rows, first][:, None] * along[first]
+    return np.where(beyond.max(axis=1, keepdims=True) > 0.0, found, f)
 
 
 def rest_thrusts(azimuths: Sequence[Azimuth], f0: FloatArray, inset: float) -> FloatArray:
