@@ -194,3 +194,18 @@ def test_the_supply_vessel_s_columns_and_limits_are_those_of_its_source() -> Non
     rng = np.random.default_rng(3)
     for tau in demands_around(vessel, rng, 6):
         assert allocate(tau).share[0] == pytest.approx(min(1.0, corners_lp(vessel, tau)), rel=1e-8)
+
+
+def test_milliampere1_s_columns_are_those_that_its_source_prints() -> None:
+    ferry = load_vehicle("milliampere1")
+    assert ferry.T.tolist() == [
+        [1, 0, 1, 0, 1, 0, 1, 0],
+        [0, 1, 0, 1, 0, 1, 0, 1],
+        [0.8, 1.8, -0.8, 1.8, 0.8, -1.8, -0.8, -1.8],
+    ]
+    assert [np.linalg.norm(one.corners, axis=1).max() for one in ferry.azimuths] == pytest.approx([300] * 4)
+    scaled, daqp = build("scaled", ferry), build("qp/daqp", ferry)
+    for tau in demands_around(ferry, np.random.default_rng(4), 6):
+        far = corners_lp(ferry, tau)
+        assert scaled(tau).share[0] == pytest.approx(min(1.0, far), rel=1e-8)
+        assert daqp(0.9 * far * tau).f == pytest.approx(scaled(0.9 * far * tau).f, abs=1e-5)
