@@ -207,11 +207,12 @@ def on_current(keys: VehicleFile, vehicle: Vehicle) -> Iterator[Remark]:
     if keys.esc is None or any(esc.current is None for esc in vehicle.esc):
         return
     for i, one in enumerate([keys.esc] if isinstance(keys.esc, EscKeys) else keys.esc):
+        if not isinstance(current := vehicle.esc[i].current, CurrentTable):
+            continue
         if (drawn := measured_current(one)) is not None:
             amps = [points[:, 1] for points in drawn.points]
             yield from _on_copies("currents", drawn.volts, amps)
-        if isinstance(current := vehicle.esc[i].current, CurrentTable):
-            yield from _on_convexity(current)
+        yield from _on_convexity(current)
     if not any(esc.needs_volts for esc in vehicle.esc):
         yield from _on_sum(vehicle)
 

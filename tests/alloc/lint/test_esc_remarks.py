@@ -165,3 +165,9 @@ def test_check_names_two_voltages_with_the_same_currents(tmp_path: Path) -> None
         tmp_path, currents(CONVEX, CONVEX)
     )
     assert "are the same in all" not in remarks(tmp_path, currents(CONVEX, BENT))
+
+
+def test_a_law_of_the_current_is_no_error_and_says_what_all_draw(tmp_path: Path) -> None:
+    law = "current: {ahead: 0.1, astern: 0.2, power: 1.5}"
+    said = remarks(tmp_path, f"{SOUND}, {law}", "f_min: -25\nf_max: 25\ncap: {amps: 20}")
+    assert "all thrusters at their limits together draw 50 A; the cap leaves them 20 A" in said
