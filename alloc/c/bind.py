@@ -20,6 +20,7 @@ from alloc.allocation import (
     Allocation,
     Allocator,
     BoundedSteps,
+    FloatArray,
     Status,
     checked,
     checked_many,
@@ -35,6 +36,7 @@ from alloc.formulations import Formulation, find_formulation, mixed
 from alloc.program import Branch, Exit, Fence, Node, Where, Write
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import at_call, limits_of
+from alloc.vehicle.limits import thrusts
 
 FORMS: tuple[Where, ...] = ("fixed", "call")
 COUNT = 64
@@ -109,6 +111,9 @@ def native(
     vehicle: Vehicle,
     *,
     context: int = 0,
+    more: int = 0,
+    supply: Callable[[float | None, float | None], tuple[float, float]] | None = None,
+    stated_residual: FloatArray | None = None,
     needs: object = None,
     formulation: str,
     limited: bool,
@@ -128,6 +133,9 @@ def native(
     vehicle : whose demands they answer
     context : an address that the second function is called with before all others, for both forms of limits;
         0 where there is none
+    more : the address of a function that also takes what a call may have more; 0 where there is none
+    supply : the cap [A] and the voltage [V] of such a call, checked, 0 for None; raises DemandError
+    stated_residual : (k,) numbers that hold T P f - tau as the last call stated it
     needs : what must live as long as the allocator
     formulation, limited, tolerance, worst_case_steps : the allocator's promises
     levels : how many shares the functions write behind f
@@ -159,9 +167,12 @@ def native(
         "worst_case_steps": worst_case_steps,
         "library": (library, needs),
         "together": together or _apart,
+        "thrusts": thrusts,
+        "supply": supply,
+        "stated_residual": stated_residual,
     }
     made = cast(
-        Allocator, _binding().Native(*addresses, context, vehicle.k, vehicle.n, levels, state, objects)
+        Allocator, _binding().Native(*addresses, context, more, vehicle.k, vehicle.n, levels, state, objects)
     )
     return _WithResidual(made, vehicle, find_formulation(formulation)) if seen is not vehicle else made
 
@@ -177,6 +188,7 @@ class _WithResidual:
         self.formulation, self.limited, self.tolerance = made.formulation, made.limited, made.tolerance
         self.worst_case_steps = made.worst_case_steps if isinstance(made, BoundedSteps) else None
         self.many = made.many
+        self.stated_residual = getattr(made, "stated_residual", None)
         self._limits = at_call(vehicle.strong, held=True)
 
     def __call__(
@@ -184,14 +196,16 @@ class _WithResidual:
         tau: ArrayLike,
         f_min: ArrayLike | None = None,
         f_max: ArrayLike | None = None,
-        *,
+        *more: ArrayLike,
         cap: float | None = None,
-        volts: float | None = None,
+        **named: Any,
     ) -> Allocation:
         """Allocate one wrench (k,) [N, N m] within the limits of the call (n,) [N]."""
         if cap is not None:
-            raise no_cap(self.formulation)
-        found = self._made(tau, f_min, f_max)
+            if self.stated_residual is None:
+                raise no_cap(self.formulation)
+            named["cap"] = cap
+        found = self._made(tau, f_min, f_max, *more, **named)
         if not found.found:
             return found
         if not self._parts:

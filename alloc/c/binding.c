@@ -22,6 +22,12 @@ typedef int (*call_levels)(const double *tau, const double *f_min, const double 
                            double *share);
 typedef int (*context_kernel)(const void *context, const double *tau, const double *f_min, const double *f_max,
                               double *f, double *share);
+/* What a call may have beside its demand and limits; NULL where it is left out. */
+struct more {
+    const double *f_previous, *f_desired, *cap, *volts;
+};
+typedef int (*more_kernel)(const void *context, const double *tau, const double *f_min, const double *f_max,
+                           const struct more *more, double *f, double *share);
 typedef void (*abreast)(const double *tau, const double *f_min, const double *f_max, long step, double *f,
                         signed char *status);
 typedef void (*context_abreast)(const void *context, const double *tau, const double *f_min, const double *f_max,
@@ -33,12 +39,13 @@ enum { FIRST_WITHOUT_THRUST = 2, LAST_STATUS = 3, MOST_LEVELS = 16 };
 /* Python objects that an allocator holds, in the order of `fields`. */
 enum {
     ALLOCATION, CHECKED, CHECKED_MANY, LIMITS, LIMITS_MANY, F_MIN, F_MAX, STATUSES, ITERATIONS, SOLVER_S,
-    NO_SHARE, RESIDUAL, FORMULATION, LIMITED, TOLERANCE, WORST_CASE_STEPS, LIBRARY, TOGETHER, HELD
+    NO_SHARE, RESIDUAL, FORMULATION, LIMITED, TOLERANCE, WORST_CASE_STEPS, LIBRARY, TOGETHER, THRUSTS,
+    SUPPLY, STATED_RESIDUAL, HELD
 };
 static const char *const fields[HELD] = {
     "allocation", "checked", "checked_many", "limits", "limits_many", "f_min", "f_max", "statuses", "iterations",
     "solver_s", "no_share", "residual", "formulation", "limited", "tolerance", "worst_case_steps", "library",
-    "together",
+    "together", "thrusts", "supply", "stated_residual",
 };
 
 typedef struct {
@@ -47,6 +54,7 @@ typedef struct {
     void *fixed;
     void *call;
     void *context; /* first argument of `call`, which then answers both forms of limits, as `side_by_side` does; or NULL */
+    void *more; /* the same with what a call may have more; NULL for a method that takes nothing more */
     void *side_by_side[2]; /* the same for ABREAST demands, once asked for and where there is code for that */
     int asked[2];
     int k;
@@ -56,7 +64,9 @@ typedef struct {
     PyObject *held[HELD];
 } Native;
 
-static PyObject *tau_name, *f_min_name, *f_max_name;
+enum { TAU, LOW, HIGH, PREVIOUS, DESIRED, CAP, VOLTS, ARGUMENTS };
+static const char *const argument[ARGUMENTS] = {"tau", "f_min", "f_max", "f_previous", "f_desired", "cap", "volts"};
+static PyObject *argument_name[ARGUMENTS];
 
 static int is_plain(PyObject *object, int ndim, npy_intp last)
 {
@@ -146,27 +156,28 @@ static int limits(const Native *self, PyObject *given[2], npy_intp count, PyArra
     return 1;
 }
 
-/* tau, f_min and f_max out of a call's arguments; borrowed, None where left out. Returns 0 with an error set. */
-static int parsed(PyObject *const *args, Py_ssize_t count, PyObject *names, PyObject *given[3])
+/* The first `most` of a call's arguments; borrowed, None where left out. Returns 0 with an error set. */
+static int parsed(PyObject *const *args, Py_ssize_t count, PyObject *names, int most, PyObject *given[ARGUMENTS])
 {
-    PyObject *const known[3] = {tau_name, f_min_name, f_max_name};
     given[0] = NULL;
-    given[1] = given[2] = Py_None;
+    for (int i = 1; i < ARGUMENTS; i++) {
+        given[i] = Py_None;
+    }
     const Py_ssize_t named = names != NULL ? PyTuple_GET_SIZE(names) : 0;
-    for (Py_ssize_t i = 0; i < count && i < 3; i++) {
+    for (Py_ssize_t i = 0; i < count && i < most; i++) {
         given[i] = args[i];
     }
-    int wrong = count > 3;
+    int wrong = count > most;
     for (Py_ssize_t i = 0; i < named; i++) {
         PyObject *name = PyTuple_GET_ITEM(names, i);
         int which = 0;
-        while (which < 3 && known[which] != name) {
+        while (which < most && argument_name[which] != name) {
             which++;
         }
-        for (int j = 0; which == 3 && j < 3; j++) { /* a name that was not interned */
-            which = PyUnicode_Compare(known[j], name) == 0 ? j : 3;
+        for (int j = 0; which == most && j < most; j++) { /* a name that was not interned */
+            which = PyUnicode_Compare(argument_name[j], name) == 0 ? j : most;
         }
-        wrong = wrong || which == 3 || which < count;
+        wrong = wrong || which == most || which < count;
         if (!wrong) {
             given[which] = args[count + i];
         }
@@ -190,11 +201,13 @@ static int parsed(PyObject *const *args, Py_ssize_t count, PyObject *names, PyOb
     return 1;
 }
 
-static int solve(const Native *self, const double *tau, const double *f_min, const double *f_max, double *f,
-                 double *share)
+static inline int solve(const Native *self, const double *tau, const double *f_min, const double *f_max,
+                        const struct more *more, double *f, double *share)
 {
     int status;
-    if (self->context != NULL) {
+    if (more != NULL) {
+        status = ((more_kernel)self->more)(self->context, tau, f_min, f_max, more, f, share);
+    } else if (self->context != NULL) {
         status = ((context_kernel)self->call)(self->context, tau, f_min, f_max, f, share);
     } else if (f_min == NULL) {
         status = self->levels ? ((fixed_levels)self->fixed)(tau, WHOLE, f, share)
@@ -222,7 +235,7 @@ static npy_intp solve_some(const Native *self, const double *tau, const double *
     double share[MOST_LEVELS];
     void *const many = self->side_by_side[f_min != NULL];
     if (many == NULL || left < ABREAST || step[0] != step[1]) {
-        *status = (npy_int8)solve(self, tau, f_min, f_max, f, share);
+        *status = (npy_int8)solve(self, tau, f_min, f_max, NULL, f, share);
         return 1;
     }
     if (self->context != NULL) {
@@ -234,7 +247,7 @@ static npy_intp solve_some(const Native *self, const double *tau, const double *
         if (status[i] < 0) { /* what it sums up is not finite */
             const double *low = f_min != NULL ? f_min + i * step[0] : NULL;
             const double *high = f_max != NULL ? f_max + i * step[1] : NULL;
-            status[i] = (npy_int8)solve(self, tau + i * self->k, low, high, f + i * self->n, share);
+            status[i] = (npy_int8)solve(self, tau + i * self->k, low, high, NULL, f + i * self->n, share);
         }
     }
     return ABREAST;
@@ -266,8 +279,9 @@ static PyObject *shares(const Native *self, const double *share)
 
 enum { FIELDS = 10 }; /* of an Allocation */
 
-/* The Allocation of one call; limits are NULL where they are the vehicle's. */
-static inline PyObject *answered(const Native *self, const double *tau, const double *f_min, const double *f_max)
+/* The Allocation of one call; limits are NULL where they are the vehicle's, and so is `more` where there is nothing. */
+static inline PyObject *answered(const Native *self, const double *tau, const double *f_min, const double *f_max,
+                                 const struct more *more)
 {
     PyTypeObject *allocation = (PyTypeObject *)self->held[ALLOCATION];
     npy_intp n = self->n;
@@ -278,7 +292,7 @@ static inline PyObject *answered(const Native *self, const double *tau, const do
         return NULL;
     }
     double share[MOST_LEVELS];
-    const int status = solve(self, tau, f_min, f_max, PyArray_DATA((PyArrayObject *)f), share);
+    const int status = solve(self, tau, f_min, f_max, more, PyArray_DATA((PyArrayObject *)f), share);
     PyTuple_SET_ITEM(answer, 0, f);
     PyTuple_SET_ITEM(answer, 1, Py_NewRef(PyTuple_GET_ITEM(self->held[STATUSES], status)));
     PyTuple_SET_ITEM(answer, 2, Py_NewRef(self->held[ITERATIONS]));
@@ -295,25 +309,68 @@ static inline PyObject *answered(const Native *self, const double *tau, const do
     return answer;
 }
 
+/* Thrusts of an argument; NULL where it is left out. Returns 0 with an error set, else `held` is to be released. */
+static int thrusts(const Native *self, PyObject *const given[ARGUMENTS], int which, PyArrayObject **held,
+                   const double **values)
+{
+    PyObject *object = given[which];
+    if (object == Py_None) {
+        return 1;
+    }
+    *held = is_plain(object, 1, self->n) && all_fit(object)
+                ? (PyArrayObject *)Py_NewRef(object)
+                : contiguous(PyObject_CallFunction(self->held[THRUSTS], "Ois", object, self->n, argument[which]));
+    *values = *held != NULL ? PyArray_DATA(*held) : NULL;
+    return *held != NULL;
+}
+
+/* The Allocation of a call that has more than its demand and limits. */
+static PyObject *answered_more(const Native *self, const double *tau, const double *f_min, const double *f_max,
+                               PyObject *const given[ARGUMENTS])
+{
+    double cap = 0.0, volts = 0.0;
+    PyArrayObject *held[2] = {NULL, NULL};
+    struct more more = {NULL, NULL, given[CAP] != Py_None ? &cap : NULL, given[VOLTS] != Py_None ? &volts : NULL};
+    PyObject *answer = NULL, *supply = NULL;
+    int good = thrusts(self, given, PREVIOUS, &held[0], &more.f_previous) &&
+               thrusts(self, given, DESIRED, &held[1], &more.f_desired);
+    if (good && (more.cap != NULL || more.volts != NULL)) {
+        supply = PyObject_CallFunction(self->held[SUPPLY], "OO", given[CAP], given[VOLTS]);
+        good = supply != NULL && PyArg_ParseTuple(supply, "dd", &cap, &volts);
+    }
+    if (good) {
+        answer = answered(self, tau, f_min, f_max, &more);
+    }
+    Py_XDECREF(supply);
+    Py_XDECREF(held[0]);
+    Py_XDECREF(held[1]);
+    return answer;
+}
+
 static __attribute__((noinline)) PyObject *called_with(const Native *self, PyObject *const *args, Py_ssize_t count,
                                                        PyObject *names)
 {
-    PyObject *given[3], *answer = NULL;
-    PyArrayObject *ends[2];
+    PyObject *given[ARGUMENTS], *answer = NULL;
+    PyArrayObject *ends[2] = {NULL, NULL};
     npy_intp step[2];
-    if (!parsed(args, count, names, given)) {
+    if (!parsed(args, count, names, self->more != NULL ? ARGUMENTS : PREVIOUS, given)) {
         return NULL;
+    }
+    int has_more = 0;
+    for (int i = PREVIOUS; i < ARGUMENTS; i++) {
+        has_more |= given[i] != Py_None;
     }
     PyArrayObject *tau = demand(given[0], self->held[CHECKED], 1, self->k);
     if (tau == NULL) {
         return NULL;
     }
-    if (given[1] == Py_None && given[2] == Py_None) {
-        answer = answered(self, PyArray_DATA(tau), NULL, NULL);
-    } else if (limits(self, given + 1, -1, ends, step)) {
-        answer = answered(self, PyArray_DATA(tau), PyArray_DATA(ends[0]), PyArray_DATA(ends[1]));
-        Py_DECREF(ends[0]);
-        Py_DECREF(ends[1]);
+    if ((given[LOW] == Py_None && given[HIGH] == Py_None) || limits(self, given + LOW, -1, ends, step)) {
+        const double *low = ends[0] != NULL ? PyArray_DATA(ends[0]) : NULL;
+        const double *high = ends[1] != NULL ? PyArray_DATA(ends[1]) : NULL;
+        answer = has_more ? answered_more(self, PyArray_DATA(tau), low, high, given)
+                          : answered(self, PyArray_DATA(tau), low, high, NULL);
+        Py_XDECREF(ends[0]);
+        Py_XDECREF(ends[1]);
     }
     Py_DECREF(tau);
     return answer;
@@ -329,7 +386,7 @@ static PyObject *native_call(PyObject *callable, PyObject *const *args, size_t n
     if (tau == NULL) {
         return NULL;
     }
-    PyObject *answer = answered(self, PyArray_DATA(tau), NULL, NULL);
+    PyObject *answer = answered(self, PyArray_DATA(tau), NULL, NULL, NULL);
     Py_DECREF(tau);
     return answer;
 }
@@ -337,8 +394,8 @@ static PyObject *native_call(PyObject *callable, PyObject *const *args, size_t n
 static PyObject *native_many(PyObject *object, PyObject *const *args, Py_ssize_t count, PyObject *names)
 {
     Native *self = (Native *)object;
-    PyObject *given[3];
-    if (!parsed(args, count, names, given)) {
+    PyObject *given[ARGUMENTS];
+    if (!parsed(args, count, names, PREVIOUS, given)) {
         return NULL;
     }
     PyArrayObject *ends[2] = {NULL, NULL};
@@ -393,15 +450,15 @@ static PyObject *native_many(PyObject *object, PyObject *const *args, Py_ssize_t
     return Py_BuildValue("NN", F, statuses);
 }
 
-/* Native(fixed, call, context, k, n, levels, state, {field: object}): addresses of the kernels and of what they are
+/* Native(fixed, call, context, more, k, n, levels, state, {field: object}): addresses of the kernels and of what they are
  * called with, sizes, whether calls change data of the library, and what `fields` names. */
 static PyObject *native_new(PyTypeObject *type, PyObject *args, PyObject *names)
 {
-    PyObject *fixed, *call, *context, *objects;
+    PyObject *fixed, *call, *context, *more, *objects;
     int k, n, levels, state;
     if (names != NULL ||
-        !PyArg_ParseTuple(args, "O!O!O!iiipO!", &PyLong_Type, &fixed, &PyLong_Type, &call, &PyLong_Type, &context, &k,
-                          &n, &levels, &state, &PyDict_Type, &objects)) {
+        !PyArg_ParseTuple(args, "O!O!O!O!iiipO!", &PyLong_Type, &fixed, &PyLong_Type, &call, &PyLong_Type, &context,
+                          &PyLong_Type, &more, &k, &n, &levels, &state, &PyDict_Type, &objects)) {
         return NULL;
     }
     if (levels > MOST_LEVELS) {
@@ -421,6 +478,7 @@ static PyObject *native_new(PyTypeObject *type, PyObject *args, PyObject *names)
         self->fixed = PyLong_AsVoidPtr(fixed);
         self->call = PyLong_AsVoidPtr(call);
         self->context = PyLong_AsVoidPtr(context);
+        self->more = PyLong_AsVoidPtr(more);
         self->vectorcall = native_call;
         self->k = k;
         self->n = n;
@@ -447,6 +505,8 @@ static PyMemberDef members[] = {
     {"tolerance", T_OBJECT_EX, offsetof(Native, held[TOLERANCE]), READONLY, "Promised distance to the optimum."},
     {"worst_case_steps", T_OBJECT_EX, offsetof(Native, held[WORST_CASE_STEPS]), READONLY,
      "Steps no demand exceeds; None where the method has none."},
+    {"stated_residual", T_OBJECT_EX, offsetof(Native, held[STATED_RESIDUAL]), READONLY,
+     "(k,) T P f - tau of the last call, as somebody's library stated it; None for other methods."},
     {NULL, 0, 0, 0, NULL},
 };
 
@@ -481,9 +541,9 @@ static struct PyModuleDef definition = {
 PyMODINIT_FUNC PyInit_thrustbench_binding(void)
 {
     import_array();
-    tau_name = PyUnicode_InternFromString("tau");
-    f_min_name = PyUnicode_InternFromString("f_min");
-    f_max_name = PyUnicode_InternFromString("f_max");
+    for (int i = 0; i < ARGUMENTS; i++) {
+        argument_name[i] = PyUnicode_InternFromString(argument[i]);
+    }
     PyObject *module = PyModule_Create(&definition);
     PyObject *type = module != NULL ? PyType_FromSpec(&spec) : NULL;
     if (type == NULL || PyModule_AddObject(module, "Native", type) < 0) {

@@ -5,25 +5,29 @@ import weakref
 from dataclasses import replace
 from functools import partial
 from importlib import resources
+from math import inf
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from alloc.allocation import Allocator
+from alloc.allocation import Allocator, IndexArray
 from alloc.c.bind import COUNT, native
 from alloc.c.compiled import STANDARD, missing, shared_library
-from alloc.errors import NotApplicable, NotInstalled, PluginError
+from alloc.errors import DemandError, NotApplicable, NotInstalled, PluginError
 from alloc.formulations import find_formulation
 from alloc.live.plain import ANY_DISTANCE
 from alloc.vehicle import Vehicle
+from alloc.vehicle.current import checked_cap
 from alloc.vehicle.names import axis_levels
 
 HEADER = "thrustbench_allocator.h"
 VERSION = 1
 SCALARS: dict[int, type[np.floating]] = {0x100 * VERSION + 8: np.float64, 0x100 * VERSION + 4: np.float32}
 """Type of a library's numbers by what its ``tba_interface`` returns."""
+RESIDUAL = 9
+"""Place of the residual among the arrays of a call."""
 WALL, STONE = 4, -1.2345678e30
 """Count and value of the guard numbers around each array that a library gets."""
 EACH = 256
@@ -34,7 +38,7 @@ MOST = 200
 """Most characters of a library's own text that are repeated."""
 
 
-PLACES = ctypes.c_void_p * 7
+PLACES = ctypes.c_void_p * 12
 """Addresses of the arrays that a call reads and writes, and of what follows the wall behind the last."""
 
 
@@ -56,6 +60,7 @@ class _Promise(ctypes.Structure):
         ("formulation", ctypes.c_char_p),
         ("limited", ctypes.c_int),
         ("tolerance", ctypes.c_double),
+        ("capped", ctypes.c_int),
     )
 
 
@@ -70,11 +75,12 @@ class _Context(ctypes.Structure):
 
 
 class LibraryPromise(NamedTuple):
-    """Promises of an allocator: the formulation, whether thrusts lie inside the limits, and the tolerance."""
+    """Promises of an allocator: formulation, tolerance, and whether thrusts keep limits and a cap."""
 
     formulation: str
     limited: bool
     tolerance: float
+    capped: bool = False
 
 
 def plugin(path: Path, rule: str) -> ModuleType:
@@ -153,6 +159,7 @@ def bound(
     context.one, context.several = (places for _, places in rooms)
     by_many = start != "cold" and not is_idle and hasattr(library, "tba_many")
     context.many = _address(library.tba_many) if by_many else None
+    residual = rooms[0][0][_starts(vehicle, shares, 1, scalar)[RESIDUAL] :][: vehicle.k]
     life = _Life()
     weakref.finalize(life, _end, own, context, rooms, *needs)
     return native(
@@ -160,6 +167,9 @@ def bound(
         ("foreign_call", "foreign_call"),
         vehicle,
         context=ctypes.addressof(context),
+        more=_address(own.foreign_more),
+        supply=partial(_supply, path.name, promise.capped),
+        stated_residual=residual,
         needs=life,
         formulation=promise.formulation,
         limited=promise.limited,
@@ -197,14 +207,30 @@ def _room(
 ) -> tuple[np.ndarray, ctypes.Array[Any]]:
     """Room for what ``count`` calls read and write, with walls around each array, and where these lie.
 
-    The arrays are tau, f_min, f_max, f, share and, as integers, status.
+    The arrays are tau, f_min, f_max, f_previous, f_desired, cap, volts, f, share, residual and, as integers,
+    status.
     """
-    size = np.dtype(scalar).itemsize
-    each = [count * one for one in (vehicle.k, *[vehicle.n] * 3, shares)]
-    each.append(count * np.dtype(np.intc).itemsize // size)
-    starts = WALL + np.concatenate([[0], np.cumsum(np.array(each) + WALL)])
+    size, starts = np.dtype(scalar).itemsize, _starts(vehicle, shares, count, scalar)
     room = np.full(int(starts[-1]), STONE, dtype=scalar)
     return room, PLACES(*(room.ctypes.data + size * starts).tolist())
+
+
+def _starts(vehicle: Vehicle, shares: int, count: int, scalar: type[np.floating]) -> IndexArray:
+    """Places in a room at which each array begins, and that of what follows the last wall."""
+    k, n = vehicle.k, vehicle.n
+    each = [count * one for one in (k, n, n, n, n, 1, 1, n, shares, k)]
+    each.append(count * np.dtype(np.intc).itemsize // np.dtype(scalar).itemsize)
+    starts: IndexArray = WALL + np.concatenate([[0], np.cumsum(np.array(each) + WALL)])
+    return starts
+
+
+def _supply(name: str, capped: bool, cap: float | None, volts: float | None) -> tuple[float, float]:
+    """The cap [A] and the voltage [V] of a call, 0 for None; raises DemandError."""
+    if cap is not None and not capped:
+        raise DemandError(f"cap: {name} keeps none; say so by 'capped' in tba_promises, or use frugal")
+    if volts is not None and not 0.0 < volts < inf:
+        raise DemandError(f"volts: got {volts}, expected a finite number above 0 [V]")
+    return 0.0 if cap is None else checked_cap(cap), volts or 0.0
 
 
 def _opened(path: Path) -> ctypes.CDLL:
@@ -241,7 +267,8 @@ def _promised(library: ctypes.CDLL, rule: str) -> LibraryPromise:
     if not promise:
         return LibraryPromise(rule, limited=False, tolerance=ANY_DISTANCE)
     made = promise.contents
-    return LibraryPromise(_text(made.formulation) or rule, bool(made.limited), made.tolerance)
+    capped = made.size >= ctypes.sizeof(_Promise) and bool(made.capped)
+    return LibraryPromise(_text(made.formulation) or rule, bool(made.limited), made.tolerance, capped)
 
 
 def vehicle_numbers(vehicle: Vehicle, scalar: type[np.floating]) -> tuple[np.ndarray, ...]:

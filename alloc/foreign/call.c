@@ -31,8 +31,9 @@ static tba_real inward(double limit, int upper)
 #endif
 
 #define noinline __attribute__((noinline))
-enum { TAU, F_MIN, F_MAX, F, SHARE, STATUS, ARRAYS };
-static const char *const names[ARRAYS] = {"tau", "f_min", "f_max", "f", "share", "status"};
+enum { TAU, F_MIN, F_MAX, PREVIOUS, DESIRED, CAP, VOLTS, F, SHARE, RESIDUAL, STATUS, ARRAYS };
+static const char *const names[ARRAYS] = {"tau", "f_min", "f_max", "f_previous", "f_desired", "cap",
+                                          "volts", "f", "share", "residual", "status"};
 static const tba_real wall[WALL] = {STONES};
 
 struct context {
@@ -60,6 +61,9 @@ static noinline void fill(tba_real *const array[], int count, const double *tau,
 {
     for (int j = 0; j < count * K; j++) {
         array[TAU][j] = (tba_real)tau[j];
+    }
+    for (int j = 0; j < count * K; j++) {
+        array[RESIDUAL][j] = (tba_real)NAN;
     }
     for (int i = 0; i < count * N; i++) {
         array[F][i] = (tba_real)NAN; /* an answer that is not written is none, not the last one */
@@ -111,16 +115,37 @@ static inline int answered(const struct context *c, int status, double *restrict
     return known(status);
 }
 
+/* What a call may have more; NULL where it is not known. */
+struct more {
+    const double *f_previous, *f_desired, *cap, *volts;
+};
+
+static const tba_real *copied(tba_real *into, const double *values, int count)
+{
+    for (int i = 0; values != NULL && i < count; i++) {
+        into[i] = (tba_real)values[i];
+    }
+    return values != NULL ? into : NULL;
+}
+
 /* A call with copies of all that it gets, and a look at what it leaves. */
 static noinline int guarded(struct context *c, const double *tau, const double *f_min, const double *f_max,
-                            double *restrict f, double *restrict share)
+                            const struct more *more, double *restrict f, double *restrict share)
 {
     tba_real *const *const array = c->one;
     const int limited = f_min != NULL;
     fill(array, 1, tau, f_min, f_max, 0);
-    const struct tba_input input = {sizeof input, array[TAU], limited ? array[F_MIN] : NULL,
-                                    limited ? array[F_MAX] : NULL};
-    struct tba_output output = {sizeof output, array[F], c->shares ? array[SHARE] : NULL};
+    const struct tba_input input = {
+        sizeof input,
+        array[TAU],
+        limited ? array[F_MIN] : NULL,
+        limited ? array[F_MAX] : NULL,
+        copied(array[PREVIOUS], more->f_previous, N),
+        copied(array[DESIRED], more->f_desired, N),
+        copied(array[CAP], more->cap, 1),
+        copied(array[VOLTS], more->volts, 1),
+    };
+    struct tba_output output = {sizeof output, array[F], c->shares ? array[SHARE] : NULL, array[RESIDUAL]};
     if (c->reset != NULL) {
         c->reset(c->allocator);
     }
@@ -131,16 +156,23 @@ static noinline int guarded(struct context *c, const double *tau, const double *
     return answered(c, status, f, share);
 }
 
+int foreign_more(struct context *c, const double *tau, const double *f_min, const double *f_max,
+                 const struct more *more, double *restrict f, double *restrict share)
+{
+    return guarded(c, tau, f_min, f_max, more, f, share);
+}
+
 int foreign_call(struct context *c, const double *tau, const double *f_min, const double *f_max, double *restrict f,
                  double *restrict share)
 {
     if (sizeof(tba_real) != sizeof(double) || c->reset != NULL || c->unguarded == 0) {
-        return guarded(c, tau, f_min, f_max, f, share);
+        static const struct more nothing = {NULL, NULL, NULL, NULL};
+        return guarded(c, tau, f_min, f_max, &nothing, f, share);
     }
     c->unguarded--;
     const struct tba_input input = {sizeof input, (const tba_real *)tau, (const tba_real *)f_min,
-                                    (const tba_real *)f_max};
-    struct tba_output output = {sizeof output, c->one[F], c->shares ? c->one[SHARE] : NULL};
+                                    (const tba_real *)f_max, NULL, NULL, NULL, NULL};
+    struct tba_output output = {sizeof output, c->one[F], c->shares ? c->one[SHARE] : NULL, c->one[RESIDUAL]};
     return answered(c, c->call(c->allocator, &input, &output), f, share);
 }
 
@@ -156,8 +188,8 @@ void foreign_many(const struct context *c, const double *tau, const double *f_mi
         said[b] = TBA_NOT_CONVERGED;
     }
     const struct tba_input input = {sizeof input, array[TAU], limited ? array[F_MIN] : NULL,
-                                    limited ? array[F_MAX] : NULL};
-    struct tba_output output = {sizeof output, array[F], c->shares ? array[SHARE] : NULL};
+                                    limited ? array[F_MAX] : NULL, NULL, NULL, NULL, NULL};
+    struct tba_output output = {sizeof output, array[F], c->shares ? array[SHARE] : NULL, array[RESIDUAL]};
     c->many(c->allocator, COUNT, &input, &output, said);
     look(c, array);
     for (int i = 0; i < COUNT * N; i++) {

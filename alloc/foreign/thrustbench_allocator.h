@@ -5,7 +5,7 @@
  *     cc -O2 -shared -fPIC my_allocator.c -o my_allocator.so
  *     thrustbench run --vehicle bluerov2-heavy --plugin my_allocator.so --method nullspace --quick
  *
- * Each struct begins with its size as its writer knows it. Later versions append members: never read one
+ * Each struct begins with its size as its writer knows it. Later versions append members: never read or write one
  * beyond `size`. A pointer to what is not known is NULL. Neither side
  * frees what the other allocated; what a call gets is valid during the call.
  *
@@ -50,12 +50,17 @@ struct tba_input {
     size_t size;
     const tba_real *tau;           /* k: the wanted wrench [N, N m] */
     const tba_real *f_min, *f_max; /* n: limits of this call [N], both or neither; NULL: the vehicle's */
+    const tba_real *f_previous;    /* n: thrusts of the call before [N] */
+    const tba_real *f_desired;     /* n: thrusts that are preferred [N]; NULL: 0 */
+    const tba_real *cap;           /* 1: the most current of all thrusters together [A]; NULL: none */
+    const tba_real *volts;         /* 1: voltage of the battery [V]; NULL: the nominal one */
 };
 
 struct tba_output {
     size_t size;
     tba_real *f;     /* n: thrusts [N] */
     tba_real *share; /* one a level, 0 to 1: what f makes of tau; NULL unless the promised formulation has shares */
+    tba_real *residual; /* k: T diag(readiness) f - tau [N, N m], written with each f or never */
 };
 
 struct tba_promise {
@@ -63,6 +68,7 @@ struct tba_promise {
     const char *formulation; /* whose right answer f is, as `thrustbench list` names it; NULL: a rule of its own */
     int limited;             /* whether each f lies inside the limits */
     double tolerance;        /* how far f may be from the right answer, over the largest limit */
+    int capped;              /* whether each f keeps a cap; else no call has one */
 };
 
 #ifdef __cplusplus
@@ -77,7 +83,8 @@ int tba_interface(void);
 void *tba_prepare(const struct tba_vehicle *vehicle, const char **reason);
 
 /* The thrusts for one wrench. Calls come one after the other; the answer depends on this call's input alone, to the
- * bit, unless tba_reset is there. */
+ * bit, unless tba_reset is there. What is timed is this function on its caller's arrays (floats are converted) and
+ * one copy of f; one call of 256, and the first 256, get all in copies between guards. */
 int tba_call(void *allocator, const struct tba_input *input, struct tba_output *output);
 
 /* Optional: what answers are held to. Without it, no more than to stay within the largest limit of the least-effort

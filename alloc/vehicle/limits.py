@@ -93,15 +93,15 @@ def of_a_moment(
     return np.max(lows, axis=0), np.min(highs, axis=0)
 
 
-def thrusts(f: ArrayLike, n: int) -> FloatArray:
+def thrusts(f: ArrayLike, n: int, name: str = "f_previous") -> FloatArray:
     """Thrusts f (n,) [N] as finite numbers; raises DemandError for anything else."""
     try:
         values = real(np.asarray(f))
     except (TypeError, ValueError, OverflowError) as error:
-        raise DemandError(f"f_previous is not an array of numbers ({error}); give n = {n} of them") from None
+        raise DemandError(f"{name} is not an array of numbers ({error}); give n = {n} of them") from None
     if values.shape != (n,) or not np.isfinite(values).all():
         raise DemandError(
-            f"f_previous has shape {values.shape}, or holds NaN or infinity; give ({n},) finite thrusts [N]"
+            f"{name} has shape {values.shape}, or holds NaN or infinity; give ({n},) finite thrusts [N]"
         )
     return values
 

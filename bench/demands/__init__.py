@@ -48,11 +48,13 @@ class CallDemands(NamedTuple):
     ----------
     taus : (N, k) wrenches [N, N m]
     f_min, f_max : (N, n) limits [N]
+    f_previous : (N, n) thrusts of the call before [N]; None where nobody knows them
     """
 
     taus: FloatArray
     f_min: FloatArray
     f_max: FloatArray
+    f_previous: FloatArray | None = None
 
 
 class Supply(NamedTuple):
@@ -102,6 +104,7 @@ class DemandSet:
     given : whether they come from a file
     gaps : which of them follow a gap in time
     f_min, f_max : (N, n) limits of each demand [N]; None where all have the vehicle's
+    f_previous : (N, n) thrusts of the call before [N], which such limits lie around; None where unknown
     supply : cap and voltage of each call; ``labels`` and ``alpha`` are of what is left under the cap
     """
 
@@ -123,6 +126,7 @@ class DemandSet:
     gaps: tuple[int, ...] = ()
     f_min: FloatArray | None = None
     f_max: FloatArray | None = None
+    f_previous: FloatArray | None = None
     supply: Supply = NO_SUPPLY
 
     def labels_for(self, *, strong: bool) -> NDArray[np.int8]:
@@ -188,18 +192,19 @@ def build_demands(
     rate_hz = getattr(module, "RATE_HZ", None)
     if hasattr(module, "limited_demands"):
         refuse_azimuths(vehicle.azimuths, f"demand set '{name}'", "limits of a call are boxes")
-        taus, *limits = module.limited_demands(vehicle, rng, count)
+        taus, *limits, f_previous = module.limited_demands(vehicle, rng, count)
         part = None
     else:
         judged_whole = whole and hasattr(module, "start") and count < module.COUNT
         taus, limits = module.demands(vehicle, rng, module.COUNT if judged_whole else count), []
+        f_previous = None
         first = module.start(vehicle, taus, count) if judged_whole else 0
         part = (first, first + count) if judged_whole else None
     supply = module.supply(answering) if hasattr(module, "supply") else NO_SUPPLY
     wrenches = unasked_weak_axes(answering, taus)
     made = labelled(str(name), answering, wrenches, *limits, rate_hz=rate_hz, supply=supply)
     cut = max(0, module.COUNT - count) if rate_hz is not None and part is None else 0
-    return replace(made, part=part, left_out=cut) if part or cut else made
+    return replace(made, part=part, left_out=cut, f_previous=f_previous)
 
 
 def along_axes(vehicle: Vehicle, n: int) -> FloatArray:

@@ -326,7 +326,7 @@ def drawn_demands(vehicle: Vehicle, rng: np.random.Generator) -> list[DemandsAsk
     taus = inside(vehicle, rng, DEMANDS) * factors[:, None]
     shape = (DEMANDS, vehicle.n)
     own = (taus, np.broadcast_to(vehicle.f_min, shape), np.broadcast_to(vehicle.f_max, shape))
-    moved, low, high = limited_demands(vehicle, rng, DEMANDS)
+    moved, low, high, _ = limited_demands(vehicle, rng, DEMANDS)
     pushed = (low <= high).all(axis=1) & (rng.random(DEMANDS) < 0.5)
     moved[pushed] = rng.uniform(low[pushed], high[pushed]) @ vehicle.TP.T
     sets = []

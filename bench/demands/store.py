@@ -211,7 +211,7 @@ def pack_demands(demands: DemandSet) -> dict[str, NDArray[Any]]:
         "gaps": np.array(demands.gaps, dtype=np.intp),
         "part": np.array(demands.part or (), dtype=np.intp),
         "supply": np.array([np.nan if x is None else x for x in demands.supply]),
-        **_limits(demands.f_min, demands.f_max),
+        **_limits(demands.f_min, demands.f_max, demands.f_previous),
         **{key: part for key in HARD if (part := getattr(demands, key)) is not None},
     }
 
@@ -233,12 +233,15 @@ def unpack_demands(arrays: Mapping[str, NDArray[Any]]) -> DemandSet:
         part=(part[0], part[1]) if part else None,
         f_min=arrays.get("row f_min"),
         f_max=arrays.get("row f_max"),
+        f_previous=arrays.get("row f_previous"),
         supply=Supply(*(None if np.isnan(x) else x for x in arrays["supply"].tolist()))
         if "supply" in arrays  # logs of boards before it have none
         else NO_SUPPLY,
     )
 
 
-def _limits(f_min: FloatArray | None, f_max: FloatArray | None) -> dict[str, FloatArray]:
-    sides = {"row f_min": f_min, "row f_max": f_max}
+def _limits(
+    f_min: FloatArray | None, f_max: FloatArray | None, f_previous: FloatArray | None = None
+) -> dict[str, FloatArray]:
+    sides = {"row f_min": f_min, "row f_max": f_max, "row f_previous": f_previous}
     return {key: side for key, side in sides.items() if side is not None}

@@ -8,12 +8,14 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 import psutil
 
 from alloc import Allocation, Allocator
+from bench.demands import DemandSet
 from bench.harness.timing import Columns
 
 LEAK_NS, LEAK_CALLS = 50_000_000, 100_000
@@ -22,21 +24,37 @@ LEAK_BYTES = 1 << 20
 """Growth that is told [bytes]: what the C library keeps for later is less."""
 MANY = 128
 """Demands that are asked together, at least: as many as a library is given at once, twice."""
+MISSTATED = 1e-5
+"""Largest error of a stated residual, relative to ``wrench_scale`` [-]: what single precision makes of it."""
+LIMITED = 3
+"""Arguments of a call with limits."""
 SHOWN = 40
 """Characters of a library's output that a reason repeats."""
 
 
-def misconduct(allocator: Allocator, inputs: Columns, answers: Sequence[Allocation]) -> list[str]:
+def misconduct(
+    allocator: Allocator,
+    inputs: Columns,
+    answers: Sequence[Allocation],
+    demands: DemandSet,
+) -> list[str]:
     """Reasons why an allocator is not fit to fly, each in words; empty for one that only answers.
 
-    ``answers`` are those to ``inputs``, in order. Each demand is asked once more, the last one first, and
-    many together: an answer must be the same to the bit, whatever was asked before.
+    ``answers`` are those to ``inputs``, of these demands in order. Each is asked once more, the last one
+    first, and many together: an answer must be the same to the bit, whatever was asked before.
     """
-    calls = list(zip(*inputs, strict=True))
+    supply = demands.supply.arguments
+    calls, call = list(zip(*inputs, strict=True)), partial(allocator, **supply)
+    again: list[Allocation] = []
+    misstated = together = ""
     with _captured() as output:
-        again = [allocator(*arguments) for arguments in reversed(calls)][::-1]
-        together = _together(allocator, inputs, answers[: len(calls)])
-    found = [_dependence(answers[: len(calls)], again) or together, _growth(allocator, calls)]
+        for number in reversed(range(len(calls))):
+            again.append(call(*calls[number]))
+            misstated = misstated or _misstated(allocator, demands, number, again[-1])
+        if not supply and len(inputs) <= LIMITED:  # many at once get no more than demands and limits
+            together = _together(allocator, inputs, answers[: len(calls)])
+    again.reverse()
+    found = [_dependence(answers[: len(calls)], again) or together, misstated, _growth(call, calls)]
     if output:
         found.append(f"prints on standard output: {output[0][:SHOWN]!r}")
     return list(filter(None, found))
@@ -80,6 +98,18 @@ def _dependence(first: Sequence[Allocation], again: Sequence[Allocation]) -> str
     return ""
 
 
+def _misstated(allocator: Allocator, demands: DemandSet, number: int, found: Allocation) -> str:
+    """In words, a residual that a library states and its thrusts do not leave; empty for none."""
+    stated = getattr(allocator, "stated_residual", None)
+    if stated is None or np.isnan(stated).all() or not found.found:
+        return ""
+    off = np.abs(stated - (demands.vehicle.TP @ found.f - demands.taus[number]))
+    if (off <= MISSTATED * demands.vehicle.wrench_scale).all():
+        return ""
+    by = f"{np.nanmax(off):.2g} N or N m"
+    return f"states a residual of demand {number} that its thrusts do not leave, by {by}"
+
+
 def _together(allocator: Allocator, inputs: Columns, answers: Sequence[Allocation]) -> str:
     """The first demand with another answer among many, in words; empty for none."""
     asked = np.resize(np.arange(len(answers)), max(len(answers), MANY))
@@ -90,7 +120,7 @@ def _together(allocator: Allocator, inputs: Columns, answers: Sequence[Allocatio
     return ""
 
 
-def _growth(allocate: Allocator, calls: Sequence[tuple[Any, ...]]) -> str:
+def _growth(allocate: Callable[..., Allocation], calls: Sequence[tuple[Any, ...]]) -> str:
     """Growth of memory over a million calls, in words; empty for none."""
     before, done, end = _resident(), 0, time.perf_counter_ns() + LEAK_NS
     while done < LEAK_CALLS and time.perf_counter_ns() < end:

@@ -256,7 +256,7 @@ def measure(task: MeasureTask, job: Job, line: Worker) -> Cell:
         setup_ns = setup_ns[1:]
     cell = Cell(key=task.key, status="ok", n_demands=len(question.demands.taus), setup_ns=setup_ns)
     timed = question.timed
-    inputs = arguments(timed)
+    inputs = arguments(timed, allocator)
     call = allocator
     if supply and job.method not in YARDSTICKS:
         call = partial(allocator, **supply)  # 0.1 us a call
@@ -272,7 +272,7 @@ def measure(task: MeasureTask, job: Job, line: Worker) -> Cell:
         after = census(job)
         cell.disbelieved = dict(solvers.disbelieved)
         binding = time_binding(allocator, timed, job.budget_ns // BINDING_SHARE)
-        way_in = time_idle_calls(job, given, inputs)
+        way_in = time_idle_calls(job, given, inputs, supply)
         cell.quiet = quiet()
         cell.canary_ns = canary_ns()
     cell.batches, cell.binding_batches, cell.way_in_batches = samples.batches, binding.batches, way_in.batches
@@ -281,12 +281,12 @@ def measure(task: MeasureTask, job: Job, line: Worker) -> Cell:
     if job.method not in YARDSTICKS:
         cell.allocator_bytes = reachable_bytes(allocator)
         describe(cell, allocator, samples.answers, timed)
-        amiss = [WRITES] if any(map(has_changed, inputs, arguments(timed))) else []
+        amiss = [WRITES] * any(map(has_changed, inputs, asked := arguments(timed, allocator)))
         if before and after:
             from bench.harness.conduct import leftovers, misconduct
 
             # More calls of what leaves threads or processes behind might exhaust the machine.
-            amiss += leftovers(before, after) or misconduct(allocator, arguments(timed), samples.answers)
+            amiss += leftovers(before, after) or misconduct(allocator, asked, samples.answers, timed.demands)
         if cell.judged and amiss:
             cell.judged.wrong = "; ".join(filter(None, (cell.judged.wrong, *amiss)))
         if timed is not question:
@@ -312,13 +312,14 @@ def judge_whole(cell: Cell, allocator: Allocator, question: Question) -> None:
     cell.judging_ns = time.perf_counter_ns() - began
 
 
-def arguments(question: Question) -> list[list[FloatArray]]:
-    """Arguments of each call: tau, and f_min and f_max where they move.
+def arguments(question: Question, allocator: Any = None) -> list[list[FloatArray]]:
+    """Arguments of each call: tau, f_min and f_max where they move, and f_previous of somebody's library.
 
     All are copies: a method that writes into one must not change what it is judged by.
     """
     demands = question.demands
-    columns = (demands.taus, demands.f_min, demands.f_max)
+    columns = [demands.taus, demands.f_min, demands.f_max]
+    columns += [demands.f_previous] * (getattr(allocator, "stated_residual", None) is not None)
     return [list(column.copy()) for column in columns if column is not None]
 
 
@@ -373,12 +374,13 @@ def census(job: Job) -> "Census | None":
     return take_census()
 
 
-def time_idle_calls(job: Job, vehicle: Vehicle, inputs: list[list[FloatArray]]) -> Samples[Any]:
+def time_idle_calls(job: Job, vehicle: Vehicle, inputs: list[Any], supply: dict[str, float]) -> Samples[Any]:
     """Time idle calls by the way to somebody's library or program; none for other methods."""
     entry = None if job.plugin is None else find_entry(job.method, job.plugin)
     if entry is None or entry.idle_call is None:
         return Samples()
-    return sample(entry.idle_call(vehicle), inputs, job.budget_ns // BINDING_SHARE, singles=0)
+    idle, budget_ns = partial(entry.idle_call(vehicle), **supply), job.budget_ns // BINDING_SHARE
+    return sample(idle, inputs, budget_ns, singles=0)
 
 
 def describe(cell: Cell, allocator: Allocator, answers: list[Allocation], question: Question) -> None:

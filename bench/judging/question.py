@@ -55,7 +55,7 @@ class Question:
 
     def rows(self, rows: slice) -> "Question":
         """The question of those of its demands alone."""
-        names = ("taus", "labels", "alpha", "hard_labels", "hard_alpha", "f_min", "f_max")
+        names = ("taus", "labels", "alpha", "hard_labels", "hard_alpha", "f_min", "f_max", "f_previous")
         whole: dict[str, Any] = {name: getattr(self.demands, name) for name in names}
         cut: dict[str, Any] = {name: array[rows] for name, array in whole.items() if array is not None}
         demands = replace(self.demands, **cut, part=None, gaps=())

@@ -170,7 +170,7 @@ def _row(met: DemandSet, unmet: DemandSet, allocator: Allocator, call_us: float)
     slack = OUTSIDE * vehicle.f_scale
     F = np.vstack([near, far])
     beyond = ((vehicle.f_min - slack > F) | (vehicle.f_max + slack < F)).any(axis=1)
-    conduct = "; ".join(misconduct(allocator, [list(taus)], answers))
+    conduct = "; ".join(misconduct(allocator, [list(taus)], answers, met))
     none = int(np.isnan(F).any(axis=1).sum())
     return Row(missed.mean(), share.mean(), np.nanmax(angle), int(beyond.sum()), none, call_us, conduct)
 

@@ -9,7 +9,7 @@ from alloc.c.compiled import missing
 from tests.alloc.foreign.test_foreign import FOREIGN, compiled
 
 STARTER = (FOREIGN / "starters/c/my_allocator.c").read_text(encoding="utf-8")
-PROMISE = "{sizeof(struct tba_promise), NULL, 1, 1.0}"
+PROMISE = "{sizeof(struct tba_promise), NULL, 1, 1.0, 0}"
 
 
 @pytest.mark.skipif(bool(missing()), reason=missing() or "-")

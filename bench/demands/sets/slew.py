@@ -26,11 +26,12 @@ def limited_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> CallD
         raise NotApplicable(f"{vehicle.name}: its ESCs' curve has several voltages; add 'volts' to 'esc'")
     taus = under_way(vehicle, rng, n)
     allocate = build("scaled", vehicle)
-    lows, highs = np.empty((2, n, vehicle.n))
+    lows, highs, previous = np.empty((3, n, vehicle.n))
     f = np.clip(0.0, vehicle.f_min, vehicle.f_max)
     for i, tau in enumerate(taus):
+        previous[i] = f
         lows[i], highs[i] = vehicle.limits(f_previous=f, dt=1 / RATE_HZ)
         f = allocate(tau, lows[i], highs[i]).f
         if vehicle.esc:
             f = vehicle.commands(f, f_min=lows[i], f_max=highs[i]).f
-    return CallDemands(taus, lows, highs)
+    return CallDemands(taus, lows, highs, previous)

@@ -9,6 +9,7 @@ from collections import deque
 from dataclasses import replace
 from pathlib import Path
 from time import thread_time_ns
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from alloc import NotApplicable, Status, Vehicle, build, generate, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.c.compiled import missing
 from alloc.discovery import load_plugin, prepare
-from alloc.errors import PluginError
+from alloc.errors import DemandError, PluginError
 from alloc.program import Scalar
 from tests.compilers import needs, run
 
@@ -180,6 +181,83 @@ def test_what_a_library_refuses_is_its_own_words_on_one_line(tmp_path: Path) -> 
     assert prepare(entry, load_vehicle("ukwial"))([1.0, 0.0, 0.0]).status == Status.PARTIAL
     with pytest.raises(NotApplicable, match=r"bluerov2: mine\.so refuses it: has more than 4 thrusters$"):
         prepare(entry, load_vehicle("bluerov2"))
+
+
+TELLS = """
+int tba_call(void *allocator, const struct tba_input *input, struct tba_output *output)
+{
+    const struct tba_vehicle *vehicle = (const struct tba_vehicle *)allocator;
+    const tba_real *given[4] = {input->f_previous, input->f_desired, input->cap, input->volts};
+    for (int i = 0; i < vehicle->n; i++) {
+        output->f[i] = given[i] != NULL ? given[i][i < 2 ? 3 : 0] : -1;
+    }
+    return input->size == sizeof *input && output->size == sizeof *output ? TBA_PARTIAL : TBA_INFEASIBLE;
+}
+"""
+CAPPED = PROMISED.format("own").replace("0.1}", "0.1, 1}")
+
+
+@pytest.mark.parametrize("single", [[], ["-DTBA_FLOAT"]])
+def test_a_call_may_have_last_and_desired_thrusts_a_cap_and_a_voltage(
+    single: list[str], tmp_path: Path
+) -> None:
+    library = compiled(tmp_path, START + PREPARE + TELLS + CAPPED, *single)
+    allocate: Any = prepare(load_plugin(library), load_vehicle("ukwial"))
+    tau, f = [1.0, 0.0, 0.0], np.arange(4.0)
+    assert allocate(tau).f.tolist() == [-1, -1, -1, -1]
+    assert allocate(tau, f_previous=f).f.tolist() == [3, -1, -1, -1]
+    assert allocate(tau, -f, f, [5, 6, 7, 8]).f.tolist() == [8, -1, -1, -1]
+    assert allocate(tau, f_desired=f, cap=0, volts=12).f.tolist() == [-1, 3, 0, 12]
+    for more, says in (
+        ({"f_desired": [1.0]}, "f_desired has shape"),
+        ({"f_previous": [np.nan] * 4}, "f_previous has shape"),
+        ({"cap": -1}, "cap: got -1, expected"),
+        ({"volts": 0}, "volts: got 0, expected"),
+    ):
+        with pytest.raises(DemandError, match=says):
+            allocate(tau, **more)
+    assert allocate(tau).f.tolist() == [-1, -1, -1, -1]
+
+
+def test_a_library_that_promises_to_keep_no_cap_is_given_none(tmp_path: Path) -> None:
+    for promise in ("", PROMISED.format("own"), CAPPED.replace("sizeof promise", "32")):
+        library = compiled(tmp_path, START + PREPARE + TELLS + promise)
+        allocate: Any = prepare(load_plugin(library), load_vehicle("ukwial"))
+        with pytest.raises(
+            DemandError, match=r"cap: mine\.so keeps none; say so by 'capped' in tba_promises"
+        ):
+            allocate([1.0, 0.0, 0.0], cap=1.0)
+        library.rename(tmp_path / f"{len(promise)}.so")  # one that is loaded stays as it is
+
+
+BEFORE = (
+    "    const tba_real *f_previous;",
+    "    const tba_real *f_desired;",
+    "    const tba_real *cap;",
+    "    const tba_real *volts;",
+    "    tba_real *residual;",
+    "    int capped;",
+)
+
+
+@pytest.mark.parametrize("single", [[], ["-DTBA_FLOAT"]])
+def test_a_library_of_yesterdays_header_goes_on_loading(single: list[str], tmp_path: Path) -> None:
+    header = (FOREIGN / "thrustbench_allocator.h").read_text(encoding="utf-8").splitlines(keepends=True)
+    old = [line for line in header if not line.startswith(BEFORE)]
+    assert len(header) - len(old) == len(BEFORE)
+    (tmp_path / "thrustbench_allocator.h").write_text("".join(old), encoding="utf-8")
+    starter = (FOREIGN / "starters/c/my_allocator.c").read_text(encoding="utf-8")
+    text = starter.replace("NULL, 1, 1.0, 0}", "NULL, 1, 1.0}")
+    vehicle = load_vehicle("ukwial")
+    allocate: Any = prepare(load_plugin(compiled(tmp_path, text, "-std=c99", *STRICT, *single)), vehicle)
+    clip = build("clip", vehicle)
+    for tau in demands(vehicle):
+        expected = clip(tau, None, 0.5 * vehicle.f_max).f
+        for more in ({}, {"f_previous": np.zeros(4)}):
+            f = allocate(tau, None, 0.5 * vehicle.f_max, **more).f
+            np.testing.assert_allclose(f, expected, atol=1e-4 * vehicle.f_scale)
+    with pytest.raises(DemandError, match="keeps none"):
+        allocate(demands(vehicle)[0], cap=1.0)
 
 
 MANY = """

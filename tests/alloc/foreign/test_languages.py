@@ -10,6 +10,7 @@ import pytest
 from alloc import build, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.c.compiled import missing
+from bench.demands import labelled
 from bench.harness.conduct import misconduct
 from bench.judging.faults import first_wrong
 from bench.judging.question import read_promises
@@ -94,7 +95,9 @@ def verdict(library: Path) -> str:
         allocate = build(str(library), vehicle)
         answers = [allocate(*call) for call in zip(taus, low, high, strict=True)]
         said.append(first_wrong(vehicle, taus, low, high, answers, **read_promises(allocate)))
-        said += misconduct(allocate, [list(taus), list(low), list(high)], answers)
+        said += misconduct(
+            allocate, [list(taus), list(low), list(high)], answers, labelled("demands", vehicle, taus)
+        )
     return "; ".join(filter(None, said))
 
 

@@ -13,7 +13,7 @@ struct allocator {
     tba_real G[N][K], f_min[N], f_max[N];
 };
 
-static const struct tba_promise promise = {sizeof(struct tba_promise), NULL, 1, 1.0};
+static const struct tba_promise promise = {sizeof(struct tba_promise), NULL, 1, 1.0, 0};
 
 int tba_interface(void)
 {

@@ -111,7 +111,7 @@ int tba_interface(void)
 
 const tba_promise *tba_promises(void)
 {
-    static const tba_promise promise = {sizeof(tba_promise), nullptr, 1, 1.0};
+    static const tba_promise promise = {sizeof(tba_promise), nullptr, 1, 1.0, 0};
     return &promise;
 }
 

@@ -30,6 +30,10 @@ pub struct Input {
     tau: *const f64,
     f_min: *const f64,
     f_max: *const f64,
+    f_previous: *const f64,
+    f_desired: *const f64,
+    cap: *const f64,
+    volts: *const f64,
 }
 
 #[repr(C)]
@@ -37,6 +41,7 @@ pub struct Output {
     size: usize,
     f: *mut f64,
     share: *mut f64,
+    residual: *mut f64,
 }
 
 #[repr(C)]
@@ -45,12 +50,13 @@ pub struct Promise {
     formulation: *const c_char,
     limited: c_int,
     tolerance: f64,
+    capped: c_int,
 }
 
 unsafe impl Sync for Promise {}
 
 static PROMISE: Promise =
-    Promise { size: std::mem::size_of::<Promise>(), formulation: null(), limited: 1, tolerance: 1.0 };
+    Promise { size: std::mem::size_of::<Promise>(), formulation: null(), limited: 1, tolerance: 1.0, capped: 0 };
 
 const SOLVED: c_int = 0;
 const PARTIAL: c_int = 1;
