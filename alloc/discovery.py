@@ -118,7 +118,14 @@ def find(name: str) -> Entry:
         return entry
     if is_plugin(name):
         return load_plugin(name)
-    raise unknown("method", name, (entry.name for entry in catalogue()))
+    raise unknown_method(name, (entry.name for entry in catalogue()))
+
+
+def unknown_method(name: str, known: Iterable[str]) -> UnknownName:
+    """The error for a method's name that is none of the known ones, nor a file."""
+    if Path(name).is_dir():
+        return UnknownName(f"{name}: is a folder, no method; name a library, a program or a Python file")
+    return unknown("method", name, known)
 
 
 def generate(

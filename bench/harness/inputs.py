@@ -10,8 +10,8 @@ import numpy as np
 from msgspec.structs import replace
 
 from alloc import NotApplicable, Vehicle, catalogue, list_vehicles, load_vehicle
-from alloc.discovery import Entry, plugin_name
-from alloc.errors import DemandError, PluginError, UnknownName, unknown
+from alloc.discovery import Entry, plugin_name, unknown_method
+from alloc.errors import DemandError, PluginError, UnknownName
 from alloc.formulations import EXACT_METHODS, find_formulation
 from alloc.vehicle.azimuth import refuse_pieces
 from bench.demands import DemandSet, build_demands
@@ -91,7 +91,7 @@ def read_contenders(settings: RunSettings) -> list[Contender]:
     known = [*(contender.method.name for contender in plugged), *(entry.name for entry in catalogue())]
     for name in wanted:
         if not any(fnmatchcase(method, name) for method in known):
-            raise unknown("method", name, known)  # a plug-in's file a_b.py holds the method a-b
+            raise unknown_method(name, known)  # a plug-in's file a_b.py holds the method a-b
     chosen = [
         Contender(method=method_line(entry), starts=entry.starts, levels=entry.levels, missing=entry.missing)
         for entry in catalogue()

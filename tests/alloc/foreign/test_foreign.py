@@ -18,7 +18,7 @@ from alloc import NotApplicable, Status, Vehicle, build, generate, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.c.compiled import missing
 from alloc.discovery import load_plugin, prepare
-from alloc.errors import DemandError, PluginError
+from alloc.errors import DemandError, PluginError, UnknownName
 from alloc.program import Scalar
 from tests.compilers import needs, run
 
@@ -449,3 +449,9 @@ def test_a_file_that_is_no_library_is_refused(content: bytes, says: str, tmp_pat
     (tmp_path / "mine.so").write_bytes(content)
     with pytest.raises(PluginError, match=rf"mine\.so: {says}"):
         load_plugin(tmp_path / "mine.so")
+
+
+def test_a_folder_in_place_of_a_library_is_told_as_one(tmp_path: Path) -> None:
+    (tmp_path / "mine.so").mkdir()
+    with pytest.raises(UnknownName, match=r"mine\.so: is a folder, no method; name a library, a program or"):
+        build(str(tmp_path / "mine.so"), load_vehicle("ukwial"))
