@@ -58,18 +58,18 @@ def build(vehicle: Vehicle) -> Saturating:
     """Prepare f = thrust(mix(inputs(tau))) with the factors of the vehicle's ``autopilot``.
 
     After AP_Motors6DOF; ``alloc.vehicle.autopilot`` names the commit. An input is the demand along its axis
-    over what input 1 makes there on this geometry, or over the user's gain, cut at 1. Thrust is linear in an
-    output, from f_min at -1 to f_max at 1, also where the vehicle has an ``esc``: the firmware's pulse is
-    linear in the output, and control loops make up for what the curve makes of it, until outputs near their
-    ends (docs/autopilot.md); without loops a mixer would be blamed for its propellers. ``Vehicle.commands``
-    inverts the curve behind every method. Neither a failed thruster nor limits of the call change an output;
-    thrusts are cut at them. Raises NotApplicable where the vehicle has no ``autopilot``.
+    over what input 1 makes there on this geometry, or over the user's gain, cut at 1. The firmware's pulse is
+    linear in an output, and its thrust that of the vehicle's ``esc`` at its nominal voltage, else linear from
+    f_min at -1 to f_max at 1. ``thrust: linear`` in the file leaves the curve to control loops, which make up
+    for it until outputs near their ends (docs/autopilot.md). Neither a failed thruster nor limits of the call
+    change an output; thrusts are cut at them. Raises NotApplicable where the vehicle has no ``autopilot``, or
+    several curves and no voltage.
     """
     mixer, way = find_mixer(vehicle), find_inputs(vehicle)
     ready = vehicle.readiness != 0
 
     def each(taus: FloatArray, F: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-        made: FloatArray = thrust(mixer, outputs(mixer, inputs(way, taus))) * ready
+        made: FloatArray = output_thrusts(vehicle, mixer, outputs(mixer, inputs(way, taus))) * ready
         return made
 
     def one(tau: FloatArray, f: list[float], limits: Bounds) -> tuple[list[float], int]:
@@ -86,6 +86,11 @@ def find_mixer(vehicle: Vehicle) -> Autopilot:
         raise NotApplicable(
             f"ardusub: {vehicle.whole or vehicle.name} has {has}; write autopilot: {{ardusub: FRAME}}"
         )
+    if vehicle.autopilot.curve and any(esc.needs_volts for esc in vehicle.esc):
+        raise NotApplicable(
+            f"ardusub: {vehicle.whole or vehicle.name} has several curves; write volts in 'esc',"
+            " or thrust: linear in 'autopilot'"
+        )
     return vehicle.autopilot
 
 
@@ -100,7 +105,9 @@ def find_inputs(vehicle: Vehicle) -> InputScales:
         for side, sign in enumerate(
             (sense, -sense)
         ):  # along +axis the input is +1 where both point the same way
-            given = mixer.gains.get(DOF[axis], abs(T @ thrust(mixer, sign * mixer.factors[:, axis])))
+            given = mixer.gains.get(
+                DOF[axis], abs(T @ output_thrusts(vehicle, mixer, sign * mixer.factors[:, axis]))
+            )
             scales[side, row] = sense / given if given > NOTHING * most_there else 0.0
         if abs(scales[1, row] - scales[0, row]) <= SAME * abs(scales[0, row]):
             scales[1, row] = scales[0, row]  # one product less in C
@@ -145,14 +152,29 @@ def thrust(mixer: Autopilot, made: FloatArray) -> FloatArray:
     return f
 
 
+def output_thrusts(vehicle: Vehicle, mixer: Autopilot, made: FloatArray) -> FloatArray:
+    """Thrusts (…, n) [N] of outputs: through the curves of ``esc`` where the autopilot has them."""
+    if not mixer.curve:
+        return thrust(mixer, made)
+    neutral, low, high, turned = np.array(
+        [(esc.neutral, esc.low, esc.high, -1.0 if esc.reversed else 1.0) for esc in vehicle.esc]
+    ).T
+    along = turned * made
+    return vehicle.thrusts(neutral + along * np.where(along < 0.0, neutral - low, high - neutral))
+
+
 def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     """The same for a demand within any limits, without a branch.
 
     75 operations on bluerov2, 74 of clip. 101 operations on bluerov2-heavy, 79 of clip: each of its eight
     thrusts is the larger of two values, as each of clip's is cut twice; two groups take 16 each to cut and
-    scale.
+    scale. Raises NotApplicable where thrust goes through the curves of ``esc``.
     """
     mixer, way = find_mixer(vehicle), find_inputs(vehicle)
+    if mixer.curve:
+        raise NotApplicable(
+            f"ardusub: its C has no curve of an ESC; write thrust: linear in 'autopilot' of {vehicle.name}"
+        )
     builder = Builder(vehicle, limits, scalar)
     full = next((float(side[0]) for side in np.abs(mixer.thrust) if side[0] > 0 and np.ptp(side) == 0), 1.0)
     mixed = _fitted_mix if mixer.frame == "VECTORED_6DOF" else _cut_mix

@@ -6,9 +6,10 @@ name one: ArduSub 4.1.2 (Blue-Atlas-Robotics/ardupilot 19f03f008ff3, with a vers
 asks for less throttle at the surface. All have three output functions with the equations that are here, and a
 pulse linear in the output but for 4.1.2's copy, as ArduPilot/ardupilot 0fd5fbf258e8 has it. Factors are alike
 but for SIMPLEROV: 0fd5fbf258e8 and 4.1.2 give its frames the same five motors, and motors 3 and 4 no roll;
-the copies of 4.5.2 and 4.7 have frames of their own in place of the last two. Merged into one, the functions
-are in Williangalvani/ardupilot 0899be29b0e3 (ArduPilot's pull request 34182, open in September 2026), from
-which the factors are; ES-Alexander/ardupilot 2bc5faab9b1c has the same with the three apart.
+the copies of 4.5.2 and 4.7 have frames of their own in place of the last two. Release notes of 4.5.2 and
+4.5.3 (ReleaseNotes.txt, ArduPilot/ardupilot 007ad99f781c) name no change of the mixer. Merged into one,
+the functions are in Williangalvani/ardupilot 0899be29b0e3 (ArduPilot's pull request 34182, open in September
+2026), from which the factors are; ES-Alexander/ardupilot 2bc5faab9b1c has the same with the three apart.
 """
 
 from collections.abc import Mapping, Sequence
@@ -98,6 +99,7 @@ class Autopilot:
     gains : by axis, force or moment that input 1 stands for [N, N m]; that of the geometry where it has none
     airmode : MC_AIRMODE of PX4, one of AIRMODES
     thrust : (2, n) thrust at outputs -1 and 1 [N], of all thrusters: the autopilot knows of no failure
+    curve : whether ArduSub's outputs push through the curves of the vehicle's ``esc``, else linearly
     """
 
     frame: str
@@ -107,6 +109,7 @@ class Autopilot:
     coupling: float = 1.0
     gains: Mapping[str, float] = field(default_factory=dict)
     airmode: int = 0
+    curve: bool = False
 
     @property
     def method(self) -> str:
@@ -148,6 +151,17 @@ def frame_named(name: str, n: int) -> str:
             f"autopilot: {name} has {motors} motors, the vehicle {n} thrusters; {hint}", "autopilot"
         )
     return name
+
+
+def thrust_by_curve(mixer: Autopilot, thrust: str, has_esc: bool) -> bool:
+    """Return True if outputs push through ``esc``, by key ``thrust`` of a file; raises VehicleError."""
+    if thrust not in ("", "esc", "linear"):
+        raise VehicleError(f"autopilot: {unknown('thrust', thrust, ('esc', 'linear'))}", "autopilot")
+    if thrust == "esc" and not has_esc:
+        raise VehicleError("autopilot: thrust is esc, and the file has no 'esc'; add it", "autopilot")
+    if thrust and mixer.method != "ardusub":
+        raise VehicleError("autopilot: ardusub alone reads thrust; leave it out", "autopilot")
+    return has_esc and thrust != "linear" and mixer.method == "ardusub"
 
 
 def make_autopilot(

@@ -13,7 +13,7 @@ from alloc.errors import VehicleError, unknown
 from alloc.files.keys import convert
 from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle import Vehicle
-from alloc.vehicle.autopilot import make_autopilot, mixer_frame
+from alloc.vehicle.autopilot import make_autopilot, mixer_frame, thrust_by_curve
 from alloc.vehicle.azimuth import refuse_azimuths
 from alloc.vehicle.azimuth_file import check_directions, expand
 from alloc.vehicle.checks import SINGULAR
@@ -159,7 +159,7 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
     frame = mixer_frame(said.ardusub, said.px4)
     factors = said.motors, said.reversed, said.coupling, said.gains
     mixer = make_autopilot(frame, limits, names, *factors, said.airmode)
-    return replace(vehicle, autopilot=mixer)
+    return replace(vehicle, autopilot=replace(mixer, curve=thrust_by_curve(mixer, said.thrust, bool(made))))
 
 
 def _inertia(keys: InertiaKeys) -> FloatArray:

@@ -67,6 +67,7 @@ class AutopilotKeys(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=Tr
     reversed : thrusters, by index or name, whose MOT_n_DIRECTION is -1
     coupling : MOT_FV_CPLNG_K [-]
     gains : by axis, force or moment of input 1; left out, what its factors give on this geometry [N, N m]
+    thrust : esc for the curves of ``esc``, or linear; left out, esc where there is one
     """
 
     ardusub: str = ""
@@ -76,6 +77,7 @@ class AutopilotKeys(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=Tr
     reversed: list[int | str] = []
     coupling: float = 1.0
     gains: dict[str, float] = {}
+    thrust: str = ""
 
 
 class InertiaKeys(msgspec.Struct, forbid_unknown_fields=True):

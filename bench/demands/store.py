@@ -22,7 +22,7 @@ from alloc.vehicle.weak import Survey
 from bench.demands import NO_SUPPLY, DemandSet, Supply
 
 ESC = tuple(field.name for field in fields(Esc) if field.name != "current")
-MIXER = ("frame", "motors", "directions", "thrust", "coupling")
+MIXER = ("frame", "motors", "directions", "thrust", "coupling", "curve")
 LEVELS = ("priority", "groups")
 HARD = ("hard_labels", "hard_alpha")
 KNOWN = ("units", "poses", "inertia")
@@ -153,7 +153,8 @@ def _mixer(arrays: Mapping[str, NDArray[Any]]) -> Autopilot:
         thrust=arrays["autopilot thrust"],
         coupling=float(arrays["autopilot coupling"]),
         gains={axis: gain for axis, gain in gains if gain > 0.0},
-        airmode=int(arrays.get("autopilot airmode", 0)),  # logs of boards before it have none
+        airmode=int(arrays.get("autopilot airmode", 0)),  # logs of boards before it have none, nor curve
+        curve=bool(arrays.get("autopilot curve", False)),
     )
 
 

@@ -5,6 +5,7 @@ All ways to keep a cap answer the same demands, which lie farther out than it al
 back.
 """
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -147,7 +148,8 @@ def cap_excesses(vehicle: Vehicle, seed: int) -> list[CapExcess]:
         WITHOUT: F,
     }
     if vehicle.autopilot is not None and vehicle.autopilot.method == "ardusub":
-        pulses = linear_commands(vehicle, build("ardusub", vehicle).many(taus)[0])
+        linear = replace(vehicle, autopilot=replace(vehicle.autopilot, curve=False))
+        pulses = linear_commands(vehicle, build("ardusub", linear).many(taus)[0])
         ways[MIXED] = limiter_thrusts(vehicle, pulses, caps, volts, dt)
     found = []
     for way, made in ways.items():

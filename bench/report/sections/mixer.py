@@ -7,7 +7,8 @@ from bench.results.text import drop_rounding, percent, plain, rarity, table, wre
 MIXER = """## Your autopilot, and the exact answer
 
 ArduSub's factors contain neither positions nor limits; PX4 computes its own from positions, and axes give way
-one by one. `thrustbench check --autopilot key` lists the reasons; docs/autopilot.md has remedies.
+one by one. Where a file has `esc`, outputs of ArduSub push by its curve, unless `thrust: linear` leaves it to
+loops. `thrustbench check --autopilot key` lists the reasons; docs/autopilot.md has remedies.
 """
 
 

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from pathlib import Path
 from types import ModuleType
 
 import numpy as np
@@ -20,6 +21,8 @@ from bench.demands.store import pack_vehicle, unpack_vehicle
 from tests.vehicles import made_up
 
 N_INPUTS = 10_000
+FOLDER = Path(ardusub.__file__).parents[1] / "vehicles"
+T200 = FOLDER / "t200.csv"
 SHIPPED = ("bluerov2", "bluerov2-heavy")
 
 TABLES = {  # one text a frame, as the source lists them: roll pitch yaw throttle forward lateral
@@ -168,6 +171,85 @@ def test_thrust_is_linear_on_either_side_of_zero() -> None:
     np.testing.assert_array_equal(made[:, 0], [-40.0, -20.0, 30.0, 60.0])
 
 
+def read_curve(volts: float) -> np.ndarray:
+    """Pulses and thrusts [N] of the maker's table (2, K), read apart from ``alloc.vehicle.esc``."""
+    lines = [line for line in T200.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
+    table = np.array([[float(word) for word in line.split(",")[:3]] for line in lines[1:]])
+    pulse, kgf, _ = table[table[:, 2] == volts].T
+    return np.array([pulse, 9.80665 * kgf])
+
+
+def through_curves(vehicle: Vehicle) -> Vehicle:
+    assert vehicle.autopilot is not None
+    return replace(vehicle, autopilot=replace(vehicle.autopilot, curve=True))
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_outputs_push_by_the_maker_s_table_where_the_esc_s_curve_counts(
+    name: str, rng: np.random.Generator
+) -> None:
+    """Thrusts and gains, with an ESC that runs the other way, whose pulse is mirrored: its thrust is not."""
+    vehicle = through_curves(load_vehicle(name))
+    vehicle = replace(vehicle, esc=(replace(vehicle.esc[0], reversed=True), *vehicle.esc[1:]))
+    mixer, curve = vehicle.autopilot, read_curve(16.0)
+    assert mixer is not None
+
+    def pushed(out: np.ndarray) -> np.ndarray:
+        return np.interp(1500.0 + 400.0 * out, *curve)
+
+    axes = [DOF.index(axis) for axis in vehicle.dof]
+    asked = np.zeros((200, 6))
+    asked[:, axes] = rng.uniform(-1.0, 1.0, (200, vehicle.k))
+    taus = np.empty((200, vehicle.k))
+    for row, axis in enumerate(axes):
+        one = np.array([vehicle.T[row] @ pushed(sign * mixer.factors[:, axis]) for sign in (-1.0, 1.0)])
+        taus[:, row] = np.abs(asked[:, axis]) * np.where(asked[:, axis] < 0.0, one[0], one[1])
+    made = build("ardusub", vehicle).many(taus)[0]
+    expected = np.clip(pushed(outputs(mixer, asked)), vehicle.f_min, vehicle.f_max)
+    np.testing.assert_allclose(made, expected, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("said", "curve"), [("", True), (", thrust: esc", True), (", thrust: linear", False)]
+)
+def test_a_file_with_an_esc_has_its_curve_unless_it_says_linear(
+    said: str, curve: bool, tmp_path: Path
+) -> None:
+    text = (FOLDER / "bluerov2.yaml").read_text(encoding="utf-8")
+    path = tmp_path / "mine.yaml"
+    path.write_text(text.replace(", thrust: linear", said), encoding="utf-8")
+    mixer = load_vehicle(path).autopilot
+    assert mixer is not None
+    assert mixer.curve is curve
+
+
+@pytest.mark.parametrize(
+    ("was", "said", "says"),
+    [
+        ("thrust: linear", "thrust: lineal", "no thrust 'lineal'; did you mean linear"),
+        ("esc: #", "notes: #", "autopilot: thrust is esc, and the file has no 'esc'; add it"),
+        ("ardusub: VECTORED, reversed: [0, 1, 4]", "px4: automatic", "ardusub alone reads thrust"),
+    ],
+)
+def test_a_thrust_that_is_none_is_refused(was: str, said: str, says: str, tmp_path: Path) -> None:
+    text = (FOLDER / "bluerov2.yaml").read_text(encoding="utf-8")
+    if was.startswith("esc"):
+        text = re.sub(r"^esc: .*\n.*\n", "", text, flags=re.MULTILINE).replace("linear}", "esc}")
+    path = tmp_path / "mine.yaml"
+    path.write_text(text.replace(was, said), encoding="utf-8")
+    with pytest.raises(VehicleError, match=re.escape(says)):
+        load_vehicle(path)
+
+
+def test_c_and_curves_without_a_voltage_are_refused_with_what_to_write() -> None:
+    vehicle = through_curves(load_vehicle("bluerov2"))
+    with pytest.raises(NotApplicable, match="no curve of an ESC; write thrust: linear"):
+        build("ardusub@native", vehicle)
+    unsure = replace(vehicle, esc=tuple(replace(esc, nominal=np.nan) for esc in vehicle.esc))
+    with pytest.raises(NotApplicable, match="several curves; write volts in 'esc', or thrust: linear"):
+        build("ardusub", unsure)
+
+
 def test_a_vehicle_without_the_key_is_refused_with_what_to_write() -> None:
     with pytest.raises(NotApplicable, match=r"ukwial has no key 'autopilot'; write autopilot: \{"):
         build("ardusub", load_vehicle("ukwial"))
@@ -203,7 +285,7 @@ def test_each_thruster_is_one_motor(motors: list[int], says: str) -> None:
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_worker_gets_the_vehicle_s_autopilot(name: str, rng: np.random.Generator) -> None:
-    vehicle = load_vehicle(name)
+    vehicle = through_curves(load_vehicle(name))
     taus = rng.normal(size=(20, vehicle.k)) * vehicle.wrench_scale
     there = unpack_vehicle(pack_vehicle(vehicle))
     np.testing.assert_array_equal(
