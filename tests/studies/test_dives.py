@@ -61,7 +61,7 @@ def test_healthy_dives_in_c_accuse_where_noise_is_stated_too_small() -> None:
     size, rng = body(plain), np.random.default_rng(4)
     vehicle = replace(plain, inertia=size * M)
     noise = assumed_noise(vehicle)
-    few, many = (healthy_odds(vehicle, factor * noise, size, 3, rng).max() for factor in (1.0, 0.05))
+    few, many = (healthy_odds(vehicle, factor * noise, size, 3, rng).max() for factor in (1.0, 0.01))
     assert few < 20.0 < many
 
 
