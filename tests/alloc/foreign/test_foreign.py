@@ -297,7 +297,7 @@ def test_a_library_answers_many_at_once(single: list[str], tmp_path: Path) -> No
     [
         ("status[count] = 1;", "mine.so: wrote beyond status; mend it"),
         ("output->f[count * 4] = 1;", "mine.so: wrote beyond f; mend it"),
-        ("status[-1] = 1;", "mine.so: wrote beyond share; mend it"),
+        ("status[-1] = 1;", "mine.so: wrote beyond residual; mend it"),
     ],
 )
 def test_what_many_calls_break_is_named(ending: str, says: str, tmp_path: Path) -> None:
@@ -362,7 +362,7 @@ def called_apart(library: Path, more: str = "") -> subprocess.CompletedProcess[s
         ("return 17;", "NOT_CONVERGED nan nan nan nan"),
         ("return -2;", "NOT_CONVERGED nan nan nan nan"),
         ("output->f[4] = 1; return TBA_PARTIAL;", "mine.so: wrote beyond f; mend it"),
-        ("output->f[-1] = 1; return TBA_PARTIAL;", "mine.so: wrote beyond f_max; mend it"),
+        ("output->f[-1] = 1; return TBA_PARTIAL;", "mine.so: wrote beyond volts; mend it"),
         ("((tba_real *)input->tau)[3] = 1; return TBA_PARTIAL;", "mine.so: wrote beyond tau; mend it"),
         ("((tba_real *)input->tau)[-2] = 1; return TBA_PARTIAL;", "mine.so: wrote before tau; mend it"),
         (
