@@ -35,6 +35,7 @@ from alloc.errors import NotInstalled
 from alloc.formulations import Formulation, find_formulation, mixed
 from alloc.program import Branch, Exit, Fence, Node, Where, Write
 from alloc.vehicle import Vehicle
+from alloc.vehicle.azimuth import NOTHING, polar
 from alloc.vehicle.call_limits import at_call, limits_of
 from alloc.vehicle.limits import thrusts
 
@@ -170,11 +171,22 @@ def native(
         "thrusts": thrusts,
         "supply": supply,
         "stated_residual": stated_residual,
+        **_turning(vehicle),
     }
-    made = cast(
-        Allocator, _binding().Native(*addresses, context, more, vehicle.k, vehicle.n, levels, state, objects)
-    )
+    numbers = (vehicle.k, vehicle.n, levels, state, NOTHING * vehicle.f_scale)
+    made = cast(Allocator, _binding().Native(*addresses, context, more, *numbers, objects))
     return _WithResidual(made, vehicle, find_formulation(formulation)) if seen is not vehicle else made
+
+
+def _turning(vehicle: Vehicle) -> dict[str, Any]:
+    """Numbers out of which a call says forces and angles; None where no thruster turns."""
+    if not vehicle.azimuths:
+        return dict.fromkeys(("places", "rests", "middles"))
+    _, rests, middles = polar(vehicle.azimuths, vehicle.actuators, [0.0] * vehicle.n, vehicle.f_scale)
+    places = np.array([(*parts, -1)[:2] for parts in vehicle.actuators], dtype=np.intc)
+    own = np.array(middles)
+    own.setflags(write=False)
+    return {"places": places, "rests": np.array(rests), "middles": own}
 
 
 class _WithResidual:

@@ -9,6 +9,7 @@
 #define PY_SSIZE_T_CLEAN
 #define NPY_NO_DEPRECATED_API NPY_1_7_API_VERSION
 #include <Python.h>
+#include <math.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <structmember.h>
@@ -40,12 +41,12 @@ enum { FIRST_WITHOUT_THRUST = 2, LAST_STATUS = 3, MOST_LEVELS = 16 };
 enum {
     ALLOCATION, CHECKED, CHECKED_MANY, LIMITS, LIMITS_MANY, F_MIN, F_MAX, STATUSES, ITERATIONS, SOLVER_S,
     NO_SHARE, RESIDUAL, FORMULATION, LIMITED, TOLERANCE, WORST_CASE_STEPS, LIBRARY, TOGETHER, THRUSTS,
-    SUPPLY, STATED_RESIDUAL, HELD
+    SUPPLY, STATED_RESIDUAL, PLACES, RESTS, MIDDLES, HELD
 };
 static const char *const fields[HELD] = {
     "allocation", "checked", "checked_many", "limits", "limits_many", "f_min", "f_max", "statuses", "iterations",
     "solver_s", "no_share", "residual", "formulation", "limited", "tolerance", "worst_case_steps", "library",
-    "together", "thrusts", "supply", "stated_residual",
+    "together", "thrusts", "supply", "stated_residual", "places", "rests", "middles",
 };
 
 typedef struct {
@@ -61,6 +62,7 @@ typedef struct {
     int n;
     int levels;
     int state;
+    double nothing; /* force up to which a thruster that turns has no angle */
     PyObject *held[HELD];
 } Native;
 
@@ -279,6 +281,34 @@ static PyObject *shares(const Native *self, const double *share)
 
 enum { FIELDS = 10 }; /* of an Allocation */
 
+/* Forces, angles and middles of sectors of thrusters, where some turn, as `alloc.vehicle.azimuth.polar`: of each,
+ * `places` has its component along x, and that along y, or -1. Returns 0 with an error set. */
+static int turned(const Native *self, const double *f, PyObject *answer)
+{
+    npy_intp m = PyArray_SIZE((PyArrayObject *)self->held[RESTS]);
+    const int *place = PyArray_DATA((PyArrayObject *)self->held[PLACES]);
+    const double *rest = PyArray_DATA((PyArrayObject *)self->held[RESTS]);
+    double *made[2];
+    for (int field = 0; field < 2; field++) {
+        PyObject *array = PyArray_SimpleNewFromDescr(1, &m, PyArray_DescrFromType(NPY_DOUBLE));
+        if (array == NULL) {
+            return 0;
+        }
+        made[field] = PyArray_DATA((PyArrayObject *)array);
+        PyTuple_SET_ITEM(answer, 7 + field, array);
+    }
+    for (npy_intp i = 0; i < m; i++, place += 2) {
+        const int turns = place[1] >= 0;
+        const double x = f[place[0]] + 0.0, y = turns ? f[place[1]] + 0.0 : 0.0;
+        const double force = turns ? hypot(x, y) : x;
+        const int none = turns && force <= self->nothing;
+        made[0][i] = none ? 0.0 : force;
+        made[1][i] = !turns ? NAN : none ? rest[i] : atan2(y, x) * (180.0 / 3.14159265358979323846);
+    }
+    PyTuple_SET_ITEM(answer, 9, Py_NewRef(self->held[MIDDLES]));
+    return 1;
+}
+
 /* The Allocation of one call; limits are NULL where they are the vehicle's, and so is `more` where there is nothing. */
 static inline PyObject *answered(const Native *self, const double *tau, const double *f_min, const double *f_max,
                                  const struct more *more)
@@ -300,10 +330,11 @@ static inline PyObject *answered(const Native *self, const double *tau, const do
     PyObject *delivered = self->levels ? shares(self, share) : Py_NewRef(self->held[NO_SHARE]);
     PyTuple_SET_ITEM(answer, 4, delivered);
     PyTuple_SET_ITEM(answer, 5, Py_NewRef(self->held[RESIDUAL]));
-    for (int i = 6; i < FIELDS; i++) { /* no amps either, and no thruster turns */
+    const int turns = self->held[RESTS] != Py_None;
+    for (int i = 6; i < (turns ? 7 : FIELDS); i++) { /* no amps either */
         PyTuple_SET_ITEM(answer, i, Py_NewRef(self->held[NO_SHARE]));
     }
-    if (delivered == NULL) {
+    if (delivered == NULL || (turns && !turned(self, PyArray_DATA((PyArrayObject *)f), answer))) {
         Py_CLEAR(answer);
     }
     return answer;
@@ -450,15 +481,17 @@ static PyObject *native_many(PyObject *object, PyObject *const *args, Py_ssize_t
     return Py_BuildValue("NN", F, statuses);
 }
 
-/* Native(fixed, call, context, more, k, n, levels, state, {field: object}): addresses of the kernels and of what they are
- * called with, sizes, whether calls change data of the library, and what `fields` names. */
+/* Native(fixed, call, context, more, k, n, levels, state, nothing, {field: object}): addresses of the kernels and of what
+ * they are called with, sizes, whether calls change data of the library, the force that has no angle, and what
+ * `fields` names. */
 static PyObject *native_new(PyTypeObject *type, PyObject *args, PyObject *names)
 {
     PyObject *fixed, *call, *context, *more, *objects;
     int k, n, levels, state;
+    double nothing;
     if (names != NULL ||
-        !PyArg_ParseTuple(args, "O!O!O!O!iiipO!", &PyLong_Type, &fixed, &PyLong_Type, &call, &PyLong_Type, &context,
-                          &PyLong_Type, &more, &k, &n, &levels, &state, &PyDict_Type, &objects)) {
+        !PyArg_ParseTuple(args, "O!O!O!O!iiipdO!", &PyLong_Type, &fixed, &PyLong_Type, &call, &PyLong_Type, &context,
+                          &PyLong_Type, &more, &k, &n, &levels, &state, &nothing, &PyDict_Type, &objects)) {
         return NULL;
     }
     if (levels > MOST_LEVELS) {
@@ -484,6 +517,7 @@ static PyObject *native_new(PyTypeObject *type, PyObject *args, PyObject *names)
         self->n = n;
         self->levels = levels;
         self->state = state;
+        self->nothing = nothing;
     }
     return (PyObject *)self;
 }

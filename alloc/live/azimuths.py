@@ -60,6 +60,7 @@ class AzimuthAllocator:
         self._own_limits = at_call(vehicle)  # those of a piece are others
         others = combinations(vehicle)[1:] if first.limited else ()
         self._allocators = [first, *(make(one) for one in others)]
+        self._is_alone = bool(compiled) and not others
         self.formulation, self.limited = first.formulation, first.limited
         self.tolerance = max(each.tolerance for each in self._allocators)
         self.many: Any = self._many if others else getattr(first, "many", None)
@@ -81,6 +82,8 @@ class AzimuthAllocator:
         ``f_previous`` are the thrusts of the last call (n,) [N]; NaN where that had no answer. ``limits`` are
         sets of the moment, as ``vehicle.limits`` gives them, for which the method is prepared in the call.
         """
+        if self._is_alone and f_previous is limits is f_min is f_max is None and not given:
+            return self._allocators[0](tau)  # compiled C says forces and angles itself
         if limits is not None:
             if not isinstance(limits, Sets) or len(limits[0]) != self._vehicle.n:
                 raise DemandError("limits are no sets of thrusters that turn; give vehicle.limits(…)")

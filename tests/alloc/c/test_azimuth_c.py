@@ -12,6 +12,7 @@ from alloc import NotApplicable, Status, Vehicle, alpha_max, build, generate, lo
 from alloc.allocation import EXACT_TOLERANCE
 from alloc.c.compiled import missing
 from alloc.c.selftest import SIDES
+from alloc.errors import DemandError
 from alloc.kernels.tolerance import WRENCH_ERROR
 from alloc.methods import recipe
 from alloc.program import Scalar
@@ -150,3 +151,23 @@ def test_thrusts_that_miss_the_wrench_once_they_are_moved_inside_are_no_answer()
         assert (missed[good] <= EXACT_TOLERANCE).all()
         assert all(excess(vehicle, f) <= SIDES["double"] for f in found.F[good])
     assert solved > 20
+
+
+@compiles
+def test_compiled_c_says_forces_and_angles_of_fixed_and_turning_thrusters_itself() -> None:
+    """Red before: Python worked them out behind each call, for five times what that took."""
+    plain = next(vehicle for vehicle in covered("double") if len(vehicle.azimuths) < len(vehicle.actuators))
+    turns = Azimuth(plain.azimuths[0].first, np.array([[0.0, 0.0], [100.0, 0.0], [0.0, 100.0]]))
+    vehicle = replace(plain, azimuths=(turns, *plain.azimuths[1:]))
+    native, python = build("nullspace@native", vehicle), build("nullspace", vehicle)
+    rng = np.random.default_rng(24)
+    within = np.zeros((20, vehicle.n))
+    within[:, turns.components] = rng.dirichlet(np.ones(3), 20) @ turns.corners
+    for f in (*within, np.zeros(vehicle.n), np.full(vehicle.n, 1e4)):
+        tau = vehicle.TP @ f
+        given, other = native(tau, f_previous=f), python(tau, f_previous=f)  # type: ignore[call-arg]
+        assert given.status == other.status
+        for key in ("forces", "angles", "middles"):
+            assert getattr(given, key) == pytest.approx(getattr(other, key), abs=1e-5, nan_ok=True), key
+    with pytest.raises(DemandError, match="f_previous has shape"):
+        native(np.zeros(3), f_previous=[1.0])  # type: ignore[call-arg]
