@@ -58,7 +58,7 @@ def asked(vehicle: Vehicle, rng: np.random.Generator) -> tuple[np.ndarray, np.nd
 
 @pytest.mark.parametrize("scalar", ["double", "float"])
 def test_a_program_answers_what_can_be_met_within_polygons_at_least_effort(scalar: Scalar) -> None:
-    """Red before: steps up to the very sides left forces outside of them by rounding."""
+    """Steps up to the very sides left forces outside of them by rounding."""
     rng, seen = np.random.default_rng(21), set[int]()
     for vehicle in covered(scalar):
         taus, alpha = asked(vehicle, rng)
@@ -155,7 +155,7 @@ def test_thrusts_that_miss_the_wrench_once_they_are_moved_inside_are_no_answer()
 
 @compiles
 def test_compiled_c_says_forces_and_angles_of_fixed_and_turning_thrusters_itself() -> None:
-    """Red before: Python worked them out behind each call, for five times what that took."""
+    """Python had worked them out behind each call, for five times what that took."""
     plain = next(vehicle for vehicle in covered("double") if len(vehicle.azimuths) < len(vehicle.actuators))
     turns = Azimuth(plain.azimuths[0].first, np.array([[0.0, 0.0], [100.0, 0.0], [0.0, 100.0]]))
     vehicle = replace(plain, azimuths=(turns, *plain.azimuths[1:]))

@@ -18,7 +18,7 @@ def test_demands_beyond_the_edge_are_proven_infeasible_and_those_inside_are_not(
     monkeypatch.setattr(module, "ENUMERATED", enumerated)
     vehicle = load_vehicle(name)
     proven = beyond(vehicle)
-    taus, lows, highs = limited_demands(vehicle, rng, 150)
+    taus, lows, highs, _ = limited_demands(vehicle, rng, 150)
     least, most = alpha_range(vehicle, taus, lows, highs)
     checked = 0
     for tau, low, high, inner, outer in zip(taus, lows, highs, least, most, strict=True):

@@ -288,7 +288,7 @@ def test_which_of_its_refusals_proxqp_gives_decides_no_status(
 def test_proxqp_calls_infeasible_demands_infeasible_where_it_runs_to_its_cap() -> None:
     """Within limits that jump, half of its refusals are caps, and no two processes count the same."""
     vehicle, rng = generate_vehicle(73)
-    taus, low, high = limited_demands(vehicle, rng, 60)
+    taus, low, high, _ = limited_demands(vehicle, rng, 60)
     least, most = alpha_range(vehicle, taus, low, high)
     allocate = build("qp/proxqp", vehicle)
     _, status = allocate.many(taus, low, high)
