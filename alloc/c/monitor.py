@@ -22,6 +22,7 @@ from alloc.c.suspicion import (
     columns_by_noise,
     inflation,
     largest_squares,
+    sums_rounding,
     turns,
     weights_by_noise,
 )
@@ -205,6 +206,7 @@ def _source(target: Target, noise: FloatArray, lasting: float) -> str:
     static const {scalar} column[][{vehicle.k}] = {{
         {columns}
     }};
+    const {scalar} lost = {number(sums_rounding(vehicle, scalar), scalar)}; /* to rounding, of a sum */
     {scalar} best = {zero}, second = {zero};
     int who = {NOBODY};
     for (int i = 0; i < {vehicle.n}; i++) {{
@@ -212,12 +214,14 @@ def _source(target: Target, noise: FloatArray, lasting: float) -> str:
         const {scalar} calls = state->calls[turn];
         const {scalar} mean = state->sent[i] / (calls > {one} ? calls : {one});
         const {scalar} spread = state->power[i] - state->sent[i] * mean;
-        const {scalar} size = spread > {zero} ? weight[i] * spread : {zero};
-        {scalar} along = {zero};
+        const {scalar} size = weight[i] * ((spread > {zero} ? spread : {zero}) + lost * state->power[i]);
+        {scalar} along = state->push[i], sizes = along < {zero} ? -along : along;
         for (int j = 0; j < {vehicle.k}; j++) {{
-            along += column[i][j] * state->rest[turn][j];
+            const {scalar} steady = mean * column[i][j] * state->rest[turn][j];
+            along -= steady;
+            sizes += steady < {zero} ? -steady : steady;
         }}
-        const {scalar} more = state->push[i] - mean * along - {number(SLIGHT, scalar)} * size;
+        const {scalar} more = along - lost * sizes - {number(SLIGHT, scalar)} * size;
         const {scalar} push = more > {zero} ? more : {zero};
         const {scalar} score = push * push / (size + {number(LEAST, scalar)});
         if (score > best) {{
@@ -273,7 +277,7 @@ def monitor_selftest(target: Target, noise: FloatArray, lasting: float = LASTING
     wrenches = made @ vehicle.TP.T + noise * rng.normal(size=(CASES, vehicle.k))
     F[CASES // 2, 0] = np.nan
     F, wrenches = (each.astype(real).astype(np.float64) for each in (F, wrenches))
-    answers = (each.tolist() for each in accusations(vehicle, noise, F, wrenches, lasting))
+    answers = (each.tolist() for each in accusations(vehicle, noise, F, wrenches, lasting, scalar))
     rows = "\n".join(
         f"    {{{status}, {i}, {number(odds, scalar)}, {listed(f, scalar)}, {listed(tau, scalar)}}},"
         for status, i, odds, f, tau in zip(*answers, F, wrenches, strict=True)

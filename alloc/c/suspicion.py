@@ -2,15 +2,16 @@
 
 A thruster i that loses the share l of its thrust leaves the residual r = T f - wrench = l f_i T_i; a current,
 a trim or a bias leave a steady one, b. With a_i = T_i over the noise of a wrench, and r and b likewise,
-running sums over calls with forgetting, of f_i a_i . r, f_i^2, f_i, r and 1, give the least squares of
-l f_i T_i + b: s_i = sum of (f_i - mean f_i) a_i . (r - mean r) and d_i = sum of (f_i - mean f_i)^2 a_i . a_i,
-which no b changes. The loss is s_i / d_i, the score (s_i - SLIGHT d_i)^2 / d_i, by how much it explains the
-residuals better than noise, b and a SLIGHT loss do. Thrusters take TURNS, so that a call costs less: noise
-lasts longer than a turn. Noise follows itself: with rho = exp(-TURNS / LASTING) of it kept from turn to turn,
-a weighted sum of it has at most INFLATION = (1 + rho) / (1 - rho) times the variance of independent noise
-(its power density at zero frequency), so half the score over INFLATION is a log-likelihood. The thruster with
-the largest score is the most likely one, and the log of its odds against the next, or against no failure, is
-the difference.
+running sums over calls with forgetting, of f_i a_i . r, f_i^2, f_i, r and 1, give the least squares of l f_i
+T_i + b: s_i = sum of (f_i - mean f_i) a_i . (r - mean r) and d_i = sum of (f_i - mean f_i)^2 a_i . a_i, which
+no b changes. The loss is s_i / d_i, the score (s_i - SLIGHT d_i)^2 / d_i, by how much it explains the
+residuals better than noise, b and a SLIGHT loss do. Steady sums cancel, so what rounding may leave of them,
+``sums_rounding`` of each, is taken off s_i and added to d_i. Thrusters take TURNS, so that a call costs less:
+noise lasts longer than a turn. Noise follows itself: with rho = exp(-TURNS / LASTING) of it kept from turn to
+turn, a weighted sum of it has at most INFLATION = (1 + rho) / (1 - rho) times the variance of independent
+noise (its power density at zero frequency), so half the score over INFLATION is a log-likelihood. The
+thruster with the largest score is the most likely one, and the log of its odds against the next, or against
+no failure, is the difference.
 
 For a healthy vehicle and thrusts that do not follow the noise, (s_i - SLIGHT d_i) / sqrt(INFLATION d_i) is
 normal, with a mean of at most 0 and a variance of at most 1. So log odds exceed h in one call by chance with
@@ -22,6 +23,7 @@ import numpy as np
 from alloc.allocation import FloatArray, IndexArray
 from alloc.c.target import NOT_FINITE
 from alloc.errors import AllocError
+from alloc.program import Scalar
 from alloc.vehicle import Vehicle
 from alloc.vehicle.geometry import unit
 
@@ -59,7 +61,12 @@ def check_noise(vehicle: Vehicle, noise: FloatArray, lasting: float = LASTING) -
 
 
 def accusations(
-    vehicle: Vehicle, noise: FloatArray, F: FloatArray, wrenches: FloatArray, lasting: float = LASTING
+    vehicle: Vehicle,
+    noise: FloatArray,
+    F: FloatArray,
+    wrenches: FloatArray,
+    lasting: float = LASTING,
+    scalar: Scalar = "double",
 ) -> tuple[IndexArray, IndexArray, FloatArray]:
     """Statuses (N,) of NAME_monitor for thrusts (N, n) and wrenches (N, k), call by call.
 
@@ -67,7 +74,7 @@ def accusations(
     calls.
     """
     columns, weights = columns_by_noise(vehicle, noise), weights_by_noise(vehicle, noise)
-    most, turn = largest_squares(vehicle), 0
+    most, turn, lost = largest_squares(vehicle), 0, sums_rounding(vehicle, scalar)
     of = turns(vehicle.n)
     push, power, sent = np.zeros((3, vehicle.n))
     rest, calls = np.zeros((TURNS, vehicle.k)), np.zeros(TURNS)
@@ -86,8 +93,9 @@ def accusations(
         else:
             status[row] = NOT_FINITE
         mean = sent / np.maximum(calls, 1.0)[of]
-        sizes = weights * np.maximum(power - sent * mean, 0.0)
-        moved = push - mean * (columns * rest[of].T).sum(axis=0)
+        sizes = weights * (np.maximum(power - sent * mean, 0.0) + lost * power)
+        steady = mean * columns * rest[of].T
+        moved = push - steady.sum(axis=0) - lost * (np.abs(push) + np.abs(steady).sum(axis=0))
         scores = np.maximum(moved - SLIGHT * sizes, 0.0) ** 2 / (sizes + LEAST)
         *_, second, best = np.sort(np.append(scores, 0.0))
         who[row] = int(scores.argmax()) if best > 0.0 else NOBODY
@@ -103,6 +111,15 @@ def turns(count: int) -> IndexArray:
 def inflation(lasting: float) -> float:
     """Variance of sums over turns of noise that lasts so many calls, over that of independent noise [-]."""
     return float(1.0 / np.tanh(0.5 * TURNS / lasting))
+
+
+def sums_rounding(vehicle: Vehicle, scalar: Scalar) -> float:
+    """Most that rounding changes a running sum of that scalar, relative to the sum of its sizes [-].
+
+    Two roundings a turn, for as long as a sum remembers, and those of a . r.
+    """
+    unit = np.finfo(np.float32 if scalar == "float" else np.float64).eps
+    return float(unit) * (MEMORY / TURNS + vehicle.k)
 
 
 def columns_by_noise(vehicle: Vehicle, noise: FloatArray) -> FloatArray:

@@ -68,13 +68,15 @@ def calls(vehicle: Vehicle, n: int, seed: int) -> dict[str, FloatArray]:
 
 def rows(row: Emulated, made: Kernel, vehicle: Vehicle, processor: Processor, n: int) -> Iterator[Emulated]:
     """A row for each set of n calls; raises as ``link`` of an image."""
-    yield from count_sets(row, made, processor, calls(vehicle, n, row.seed), partial(agreement, vehicle))
+    yield from count_sets(
+        row, made, processor, calls(vehicle, n, row.seed), partial(agreement, vehicle, made.scalar)
+    )
 
 
-def agreement(vehicle: Vehicle, asked: FloatArray, counted: CallCounts) -> tuple[bool, float]:
+def agreement(vehicle: Vehicle, scalar: Scalar, asked: FloatArray, counted: CallCounts) -> tuple[bool, float]:
     """True if answers to calls (N, n + k) are Python's, and the largest error of log odds, over 1 + these."""
     noise, n = assumed_noise(vehicle), vehicle.n
-    status, _, odds = accusations(vehicle, noise, asked[:, :n], asked[:, n:])
+    status, _, odds = accusations(vehicle, noise, asked[:, :n], asked[:, n:], scalar=scalar)
     before = np.append(0.0, odds[:-1])
     apart = np.abs(counted.F[:, 0] - before) / (1.0 + before)
     return bool((counted.status == status).all() and (apart <= ROUNDING).all()), float(apart.max())

@@ -17,6 +17,7 @@ from alloc.c.suspicion import ACCUSED, LASTING, MEMORY, NOBODY, TURNS, inflation
 from alloc.c.target import NOT_FINITE
 from alloc.lint.isolation import assumed_noise
 from alloc.methods import recipe
+from alloc.program import Scalar
 from bench.demands.mission import M, resistance
 from tests.compilers import build_program, run
 from tests.dives import dive
@@ -61,11 +62,15 @@ def test_a_broken_line_is_seen(old: str, new: str, tmp_path: Path) -> None:
 class Watch:
     """NAME_monitor and NAME_suspect of a vehicle, compiled."""
 
-    def __init__(self, vehicle: Vehicle, noise: FloatArray, lasting: float = LASTING) -> None:
-        target = Target(vehicle=vehicle, method=recipe("pinv"))
+    def __init__(
+        self, vehicle: Vehicle, noise: FloatArray, lasting: float = LASTING, scalar: Scalar = "double"
+    ) -> None:
+        target = Target(vehicle=vehicle, method=recipe("pinv"), scalar=scalar)
         library = ctypes.CDLL(str(compiled.shared_library(target.name, monitor(target, noise, lasting))))
-        array = np.ctypeslib.ndpointer(dtype=np.float64)
-        self.state, self.odds = np.zeros(3 * vehicle.n + 2 * vehicle.k + 3), np.zeros(1)
+        self.real = np.float32 if scalar == "float" else np.float64
+        array = np.ctypeslib.ndpointer(dtype=self.real)
+        size = 3 * vehicle.n + 2 * vehicle.k + 3
+        self.state, self.odds = np.zeros(size, dtype=self.real), np.zeros(1, dtype=self.real)
         self.monitor, self.suspect = library[f"{target.name}_monitor"], library[f"{target.name}_suspect"]
         self.monitor.argtypes, self.suspect.argtypes = [array] * 3, [array] * 2
 
@@ -73,7 +78,7 @@ class Watch:
         """Status, thruster and log odds behind each call."""
         rows = []
         for f, wrench in zip(F, wrenches, strict=True):
-            status = self.monitor(self.state, f.copy(), wrench.copy())
+            status = self.monitor(self.state, f.astype(self.real), wrench.astype(self.real))
             rows.append((status, self.suspect(self.state, self.odds), float(self.odds[0])))
         status, who, odds = zip(*rows, strict=True)
         return np.array(status), np.array(who), np.array(odds)
@@ -145,6 +150,18 @@ def test_a_steady_wrench_accuses_nobody_and_hides_no_failure() -> None:
         _, who, odds = Watch(vehicle, noise / 10, 1.0).all(F, made @ vehicle.T.T - current)
         assert least <= odds[-1] <= most
         assert dead is None or who[-1] == dead
+
+
+@pytest.mark.parametrize("scalar", ["float", "double"])
+def test_rounding_of_steady_sums_accuses_nobody_however_fine_the_noise(scalar: Scalar) -> None:
+    """Single precision left log odds of 98 of thrusts that did not change, beside a current that did not."""
+    vehicle, rng = load_vehicle("bluerov2-heavy"), np.random.default_rng(1)
+    noise = np.array([0.05, 0.05, 0.05, 0.01, 0.01, 0.01])
+    F = np.tile([-15.0, -15.0, 15.0, 15.0, 8.0, 8.0, 8.0, 8.0], (8000, 1))
+    wrenches = F @ vehicle.TP.T - np.array([10.3, 0.0, -5.2, 0.0, 0.0, 0.0])
+    wrenches += noise * np.repeat(rng.normal(size=(320, vehicle.k)), LASTING, axis=0)
+    _, _, odds = Watch(vehicle, noise, scalar=scalar).all(F, wrenches)
+    assert odds.max() < 0.01
 
 
 def test_what_is_no_number_or_far_too_large_changes_nothing() -> None:
