@@ -155,8 +155,8 @@ def native(
         "checked_many": checked_many,
         "limits": at_call(seen, held=True),
         "limits_many": partial(limits_of, seen, held=True),
-        "f_min": vehicle.f_min,
-        "f_max": vehicle.f_max,
+        "f_min": np.array(vehicle.f_min),  # copies: somebody's library may write into what it gets
+        "f_max": np.array(vehicle.f_max),
         "statuses": tuple(Status),
         "iterations": 0,
         "solver_s": nan,

@@ -3,8 +3,8 @@
  * Between the arrays of a call lie walls of a known number, which nobody mends. An allocator that wrote into one, or
  * left the processor in another rounding mode, ends the process with a line that names it: no answer that comes later
  * could be trusted. The first EACH calls are guarded, one of EACH after them, and what is left at the end is looked
- * at: with copies in walls of all that is given, and NaN where an answer shall be. Other calls get their caller's
- * arrays as on board, so that what is timed is the allocator. Thrusts are always written between walls. Compiled for
+ * at: with copies in walls of all that is given. Other calls get their caller's arrays as on board, so that what is
+ * timed is the allocator. Answers are always written between walls, where NaN stood. Compiled for
  * K axes and N thrusters, as generated C is.
  */
 #include <float.h>
@@ -62,17 +62,25 @@ static noinline void fill(tba_real *const array[], int count, const double *tau,
     for (int j = 0; j < count * K; j++) {
         array[TAU][j] = (tba_real)tau[j];
     }
-    for (int j = 0; j < count * K; j++) {
-        array[RESIDUAL][j] = (tba_real)NAN;
-    }
-    for (int i = 0; i < count * N; i++) {
-        array[F][i] = (tba_real)NAN; /* an answer that is not written is none, not the last one */
-    }
     for (int b = 0; f_min != NULL && b < count; b++) {
         for (int i = 0; i < N; i++) {
             array[F_MIN][b * N + i] = inward(f_min[b * step + i], 0);
             array[F_MAX][b * N + i] = inward(f_max[b * step + i], 1);
         }
+    }
+}
+
+/* An answer that is not written is none, not the last one. */
+static inline void blank(const struct context *c, tba_real *const array[], int count)
+{
+    for (int i = 0; i < count * N; i++) {
+        array[F][i] = (tba_real)NAN;
+    }
+    for (int i = 0; i < count * c->shares; i++) {
+        array[SHARE][i] = (tba_real)NAN;
+    }
+    for (int j = 0; j < count * K; j++) {
+        array[RESIDUAL][j] = (tba_real)NAN;
     }
 }
 
@@ -135,6 +143,7 @@ static noinline int guarded(struct context *c, const double *tau, const double *
     tba_real *const *const array = c->one;
     const int limited = f_min != NULL;
     fill(array, 1, tau, f_min, f_max, 0);
+    blank(c, array, 1);
     const struct tba_input input = {
         sizeof input,
         array[TAU],
@@ -156,24 +165,39 @@ static noinline int guarded(struct context *c, const double *tau, const double *
     return answered(c, status, f, share);
 }
 
+static inline int called(struct context *c, const double *tau, const double *f_min, const double *f_max,
+                         const struct more *more, double *restrict f, double *restrict share)
+{
+    if (sizeof(tba_real) != sizeof(double) || c->reset != NULL || c->unguarded == 0) {
+        return guarded(c, tau, f_min, f_max, more, f, share);
+    }
+    c->unguarded--;
+    blank(c, c->one, 1);
+    const struct tba_input input = {
+        sizeof input,
+        (const tba_real *)tau,
+        (const tba_real *)f_min,
+        (const tba_real *)f_max,
+        (const tba_real *)more->f_previous,
+        (const tba_real *)more->f_desired,
+        (const tba_real *)more->cap,
+        (const tba_real *)more->volts,
+    };
+    struct tba_output output = {sizeof output, c->one[F], c->shares ? c->one[SHARE] : NULL, c->one[RESIDUAL]};
+    return answered(c, c->call(c->allocator, &input, &output), f, share);
+}
+
 int foreign_more(struct context *c, const double *tau, const double *f_min, const double *f_max,
                  const struct more *more, double *restrict f, double *restrict share)
 {
-    return guarded(c, tau, f_min, f_max, more, f, share);
+    return called(c, tau, f_min, f_max, more, f, share);
 }
 
 int foreign_call(struct context *c, const double *tau, const double *f_min, const double *f_max, double *restrict f,
                  double *restrict share)
 {
-    if (sizeof(tba_real) != sizeof(double) || c->reset != NULL || c->unguarded == 0) {
-        static const struct more nothing = {NULL, NULL, NULL, NULL};
-        return guarded(c, tau, f_min, f_max, &nothing, f, share);
-    }
-    c->unguarded--;
-    const struct tba_input input = {sizeof input, (const tba_real *)tau, (const tba_real *)f_min,
-                                    (const tba_real *)f_max, NULL, NULL, NULL, NULL};
-    struct tba_output output = {sizeof output, c->one[F], c->shares ? c->one[SHARE] : NULL, c->one[RESIDUAL]};
-    return answered(c, c->call(c->allocator, &input, &output), f, share);
+    static const struct more nothing = {NULL, NULL, NULL, NULL};
+    return called(c, tau, f_min, f_max, &nothing, f, share);
 }
 
 /* COUNT calls by tba_many. Nobody reads their shares. */
@@ -184,6 +208,7 @@ void foreign_many(const struct context *c, const double *tau, const double *f_mi
     const int limited = f_min != NULL;
     int *said = (int *)array[STATUS];
     fill(array, COUNT, tau, f_min, f_max, step);
+    blank(c, array, COUNT);
     for (int b = 0; b < COUNT; b++) {
         said[b] = TBA_NOT_CONVERGED;
     }

@@ -415,6 +415,25 @@ def test_an_answer_that_is_not_written_is_not_the_last_one(tmp_path: Path) -> No
     assert called_apart(compiled(tmp_path, text)).stdout == "PARTIAL nan nan nan nan\n"
 
 
+def test_nor_is_it_the_last_one_in_a_call_without_guards(tmp_path: Path) -> None:
+    text = RIGHT.replace("i < vehicle->n", "calls < 300 && i < vehicle->n")
+    more = "found = [allocate([1.0, 0.0, 0.0]) for _ in range(350)]; print(*found[200].f, *found[-1].f)"
+    assert (
+        called_apart(compiled(tmp_path, text), more).stdout.splitlines()[1]
+        == "0.0 0.0 0.0 0.0 nan nan nan nan"
+    )
+
+
+def test_a_library_that_writes_into_limits_changes_no_vehicle(tmp_path: Path) -> None:
+    ending = "if (input->f_min) ((tba_real *)input->f_min)[0] = -7; return TBA_PARTIAL;"
+    library = compiled(tmp_path, START + PREPARE + CALL.format(ending))
+    vehicle = load_vehicle("ukwial")
+    allocate = prepare(load_plugin(library), vehicle)
+    for _ in range(300):
+        allocate([1.0, 0.0, 0.0], f_max=vehicle.f_max)
+    assert vehicle.f_min.tolist() == [-250.0] * 4
+
+
 @pytest.mark.parametrize(
     ("text", "options", "says"),
     [
