@@ -111,7 +111,7 @@ def alpha_range(
     have several convex pieces these are the ends of a union, which may have gaps; ``label`` sees them.
     """
     demands = checked_many(taus, vehicle.k)
-    if len(each := combinations(vehicle)) > 1:
+    if (each := combinations(vehicle))[0] is not vehicle:
         limits_of(vehicle, len(demands), f_min, f_max)  # none but the vehicle's own
         found = [alpha_range(one, demands, start=start) for one in each]
         return np.minimum.reduce([low for low, _ in found]), np.maximum.reduce([high for _, high in found])
@@ -235,7 +235,7 @@ def label(
     that one of them has, and the largest margins.
     """
     demands = checked_many(taus, vehicle.k)
-    if len(each := combinations(vehicle)) > 1:
+    if (each := combinations(vehicle))[0] is not vehicle:
         limits_of(vehicle, len(demands), f_min, f_max)  # none but the vehicle's own
         found = [label(one, demands, band) for one in each]
         first = np.minimum.reduce([one.label for one in found])
@@ -275,7 +275,7 @@ def alpha_max_lp(
     """
     from scipy.optimize import linprog
 
-    if len(each := combinations(vehicle)) > 1:
+    if (each := combinations(vehicle))[0] is not vehicle:
         return max(alpha_max_lp(one, tau, start=start) for one in each)
     t = checked(tau, vehicle.k) / vehicle.wrench_scale
     size = float(np.abs(t).max())

@@ -1,7 +1,7 @@
 """Azimuth thrusters of a vehicle file: checked, and written as two fixed thrusters each."""
 
 from collections.abc import Iterator, Sequence
-from math import inf
+from math import floor, inf
 
 import numpy as np
 from msgspec.structs import replace
@@ -138,7 +138,8 @@ def read_pieces(keys: AzimuthKeys, place: str) -> tuple[list[FloatArray], Arc | 
             else sector_pieces(keys.max, arc, keys.sides)
         )
     low, high = left[0]
-    return pieces, None if len(left) > 1 or high - low >= 360.0 else (low, high)
+    turns = 360.0 * floor((low + 180.0) / 360.0)
+    return pieces, None if len(left) > 1 or high - low >= 360.0 else (low - turns, high - turns)
 
 
 def free_arcs(sector: Arc, forbidden: Sequence[Arc]) -> list[Arc]:

@@ -81,7 +81,8 @@ def sets_of_a_moment(
             elif np.isnan(angle):
                 angle = azimuth.rest_angle
             wedge = reachable(azimuth, hypot(x, y), angle, dt)
-            polygons[i] = [cut for part in azimuth.parts if (cut := clip(wedge, part)) is not None]
+            cuts = [] if wedge is None else [clip(wedge, part) for part in azimuth.parts]
+            polygons[i] = [cut for cut in cuts if cut is not None]
         corners = np.vstack(polygons[i]) if polygons[i] else np.array([[inf, inf], [-inf, -inf]])
         both = [corners.min(axis=0), corners.max(axis=0)] if polygons[i] else corners
         off = not readiness[azimuth.first]
@@ -98,16 +99,19 @@ def _checked_angles(angles: ArrayLike | None, m: int) -> FloatArray:
     return known
 
 
-def reachable(azimuth: Azimuth, size: float, angle: float, dt: float) -> FloatArray:
+def reachable(azimuth: Azimuth, size: float, angle: float, dt: float) -> FloatArray | None:
     """Convex polygon (v, 2) of what rates leave within dt [s] around a force of that size [N], angle [deg].
 
     It lies between the circles of the smallest and the largest size, whose inner one it meets at the last
-    angle alone, and turns by no more than ``rate_deg`` allows, nor by more than QUARTER.
+    angle alone, and turns by no more than ``rate_deg`` allows, nor by more than QUARTER. None where the force
+    can't come down to the thruster's most.
     """
     most = float(np.linalg.norm(azimuth.corners, axis=1).max())
     turn = QUARTER if azimuth.rate_deg is None else min(azimuth.rate_deg * dt, QUARTER)
     step = inf if azimuth.slew is None else azimuth.slew * dt
     low, high = max(size - step, 0.0), size + step
+    if low > most:
+        return None
     if high >= most:
         high = 2.0 * most  # the set's own sides are nearer
     whole = low <= 0.0 or low < high * cos(radians(turn))

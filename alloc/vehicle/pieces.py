@@ -102,7 +102,7 @@ def check_combinations(azimuths: Sequence[Azimuth]) -> None:
 
 @lru_cache(maxsize=64)
 def combinations(vehicle: "Vehicle") -> "tuple[Vehicle, ...]":
-    """The vehicle with one piece for each thruster that turns and works, all choices; itself where convex.
+    """The vehicle with one piece for each thruster that turns and works, all choices; itself if it has one.
 
     What it can do is the union of what these can do.
     """

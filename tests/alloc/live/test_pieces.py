@@ -195,6 +195,20 @@ def test_thrusters_that_can_t_be_still_push_against_each_other(tmp_path: Path) -
     assert min(np.abs(vehicle.T @ result.f - end).max() for end in ends) < 1e-6
 
 
+def test_what_is_left_when_the_only_ring_fails_is_what_the_other_thruster_gives(tmp_path: Path) -> None:
+    """Its pieces are still in the vehicle, and none of them counts."""
+    ring, disc = (tmp_path / name for name in ("ring.yaml", "disc.yaml"))
+    for file, least in ((ring, 15), (disc, 0)):
+        bow = f"  - {{position: [2, 0, 0], azimuth: {{max: 100, min: {least}}}, name: bow}}"
+        stern = "  - {position: [-2, 0, 0], azimuth: {max: 80}}"
+        file.write_text("\n".join(["name: boat", "dof: [surge, sway]", "thrusters:", bow, stern]))
+    left, expected = (load_vehicle(file).with_fault("bow") for file in (ring, disc))
+    taus = [[100.0, 0.0], [40.0, 30.0], [0.0, -80.0]]
+    assert alpha_max(left, taus).tolist() == alpha_max(expected, taus).tolist()
+    assert label(left, taus).label.tolist() == label(expected, taus).label.tolist()
+    assert alpha_max_lp(left, taus[0]) == pytest.approx(0.8)
+
+
 def test_gaps_between_what_combinations_reach_are_labelled_infeasible(tmp_path: Path) -> None:
     """One ring pushes 10 N at least, so 1 N is beyond what is attainable though 50 N are not."""
     file = tmp_path / "one.yaml"

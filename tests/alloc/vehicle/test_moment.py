@@ -258,6 +258,7 @@ def test_a_failed_thruster_has_no_set_and_one_that_stands_outside_of_its_own_lea
     result = build("qp/daqp", held)([10.0, 0.0, 0.0], limits=held.limits(f_previous=beyond, dt=DT))
     assert result.status is Status.INFEASIBLE
     assert np.isnan(result.f).all()
+    assert held.limits(f_previous=np.array([*last[:5], 0.0, 9999.0]), dt=DT).empty
 
 
 def test_what_makes_no_sets_is_refused_in_one_line(tmp_path: Path) -> None:

@@ -83,6 +83,11 @@ def test_half_discs_of_a_wide_arc_overlap_and_a_narrow_one_stays_whole() -> None
     assert second[-1] == pytest.approx([50 * cos(np.radians(150)), 50 * np.sin(np.radians(150))])
 
 
+def test_the_sector_that_a_zone_leaves_starts_within_half_a_turn_of_ahead(tmp_path: Path) -> None:
+    zone = "{max: 100, forbidden_deg: [[-10, 10]]}"
+    assert load(zone, tmp_path).azimuths[0].sector == (10.0, 350.0)
+
+
 def test_a_ring_s_inner_edge_loses_no_more_newtons_than_its_outer_one() -> None:
     angles = np.radians(np.arange(0.03, 360.0, 0.1))  # none is parallel to a side
     rays = np.column_stack([np.cos(angles), np.sin(angles)])
