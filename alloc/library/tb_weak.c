@@ -231,7 +231,9 @@ int tb_strong(struct tb_allocator *a, unsigned long mask, const struct tb_survey
     if (s == NULL) {
         return tb_without(a, mask);
     }
-    if (a->n < 1 || s->T == NULL || s->axis == NULL || !knows(a, s)) {
+    if (a->n < 1 || s->T == NULL || s->axis == NULL || !knows(a, s)) { /* calls refuse, too */
+        a->m = -1;
+        a->parts = 0;
         return TB_BAD_ARGUMENT;
     }
     measure(a, s, mask, &z);

@@ -184,7 +184,8 @@ def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     astern, ahead = mixer.thrust.tolist()
     if builder.limits.at_call and mixed is _cut_mix:
         x = {i: clamp(value, astern[i], ahead[i]) for i, value in x.items()}
-    inside = mixed is _fitted_mix and not builder.limits.at_call
+    still = (vehicle.f_min <= 0.0).all() and (vehicle.f_max >= 0.0).all()
+    inside = mixed is _fitted_mix and still and not builder.limits.at_call
     f = x if inside else clamp_thrusts(builder, x, builder.limits)
     missed, at_most = rules.wrench_missed(builder, f)
     seen = SeenArguments([], builder)

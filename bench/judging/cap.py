@@ -5,7 +5,6 @@ All ways to keep a cap answer the same demands, which lie farther out than it al
 back.
 """
 
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -148,8 +147,8 @@ def cap_excesses(vehicle: Vehicle, seed: int) -> list[CapExcess]:
         WITHOUT: F,
     }
     if vehicle.autopilot is not None and vehicle.autopilot.method == "ardusub":
-        linear = replace(vehicle, autopilot=replace(vehicle.autopilot, curve=False))
-        pulses = linear_commands(vehicle, build("ardusub", linear).many(taus)[0])
+        mixed = build("ardusub", vehicle).many(taus)[0]
+        pulses = vehicle.commands(mixed).u if vehicle.autopilot.curve else linear_commands(vehicle, mixed)
         ways[MIXED] = limiter_thrusts(vehicle, pulses, caps, volts, dt)
     found = []
     for way, made in ways.items():

@@ -177,10 +177,10 @@ def programs(method: str, vehicle: Vehicle, tau: FloatArray) -> tuple[float, flo
         np.append(np.zeros(vehicle.n), -1.0),
         A_eq=np.hstack([T, -tau[first, None]]) / scale[:, None],
         b_eq=np.zeros(len(first)),
-        bounds=[*zip(vehicle.f_min, vehicle.f_max, strict=True), (0.0, 1.0)],
+        bounds=[*zip(vehicle.f_min, vehicle.f_max, strict=True), (0.0, None)],
     )
     assert free.x is not None  # no thrust at all is one that it allows
-    return min(KEEP * alpha_max_lp(strong, step), 1.0), float(free.x[-1])
+    return min(KEEP * alpha_max_lp(strong, step), 1.0), min(KEEP * float(free.x[-1]), 1.0)
 
 
 def methods(surveys: int, demands: int) -> None:

@@ -121,12 +121,16 @@ def test_tb_without_counts_what_a_survey_calls_weak_wholly_and_no_room_steps() -
     ("key", "value"),
     [("mm", -1.0), ("deg", np.nan), ("relative", np.inf), ("weak", 0.6), ("T", None), ("axis", None)],
 )
-def test_what_is_no_survey_is_refused_and_changes_nothing(key: str, value: float | None) -> None:
+def test_behind_what_is_no_survey_calls_refuse_until_thrusters_are_known_again(
+    key: str, value: float | None
+) -> None:
     vehicle = surveyed("bluerov2-heavy")
     library, (survey, _kept) = Allocator(vehicle), survey_of(vehicle)
     setattr(survey, key, value)
-    assert library.strong(survey) == -3
-    assert library("scaled", np.ones(6))[0] == 0
+    assert library.strong(survey, 0) == -3
+    assert library("scaled", np.ones(6))[0] == -3  # or thruster 0 would go on pushing
+    assert library.without(0) == 0
+    assert library("scaled", np.ones(6))[1][0] == 0.0
 
 
 def test_axes_that_are_none_or_twice_there_and_a_survey_that_knows_nothing_are_refused() -> None:

@@ -333,6 +333,20 @@ def test_groups_that_are_fitted_exceed_no_limit_by_rounding(scalar: Scalar, rng:
     assert np.median(reached) > 1.0 - 1e-5
 
 
+@pytest.mark.parametrize("scalar", ["float", "double"])
+def test_a_thruster_that_can_not_be_still_is_cut_in_c_too(scalar: Scalar, rng: np.random.Generator) -> None:
+    """Groups that are fitted left it at 0 N, outside of its limits."""
+    heavy = load_vehicle("bluerov2-heavy")
+    f_min, f_max = heavy.f_min.copy(), heavy.f_max.copy()
+    f_min[4], f_max[2] = 5.0, -3.0
+    vehicle = replace(heavy, f_min=f_min, f_max=f_max)
+    taus = heavy.wrench_scale * rng.uniform(-1, 1, (N_INPUTS, 6))
+    made = evaluate(program(vehicle, "fixed", scalar), taus)
+    F, _ = build("ardusub", vehicle).many(taus)
+    np.testing.assert_allclose(made.F, F, atol=1e-4)
+    assert ((f_min <= made.F) & (f_max >= made.F)).all()
+
+
 @pytest.mark.parametrize("name", SHIPPED)
 def test_its_operations_are_as_many_as_it_says_beside_those_of_clip(name: str) -> None:
     def operations(kernel: ModuleType) -> int:

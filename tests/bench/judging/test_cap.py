@@ -121,6 +121,22 @@ def test_a_mixer_s_output_is_a_share_of_the_pulse_and_its_thrust_is_on_the_curve
     assert seen[-1][0] == pytest.approx([1300, 1300, 1700, 1700, 1500, 1500, 1500, 1500])
 
 
+def test_a_mixer_that_pushes_by_the_curve_sends_the_pulses_that_its_thrusts_take(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    mixer = heavy().autopilot
+    assert mixer is not None
+    vehicle = replace(heavy(), autopilot=replace(mixer, curve=True))
+    ahead = labelled("mission", vehicle, np.array([[60.0, 0, 0, 0, 0, 0]]), rate_hz=100.0)
+    monkeypatch.setattr("bench.judging.cap.build_demands", lambda *_: ahead)
+    seen = []
+    monkeypatch.setattr("bench.judging.cap.limiter_thrusts", lambda _, u, *rest: seen.append(u) or 0.0 * u)
+    cap_excesses(vehicle, 0)
+    np.testing.assert_allclose(
+        vehicle.thrusts(seen[-1][0]), build("ardusub", vehicle)(ahead.taus[0]).f, atol=0.3
+    )
+
+
 def test_a_vehicle_without_a_cap_or_a_voltage_is_not_flown() -> None:
     assert cap_excesses(replace(heavy(), cap=None), 0) == []
     assert cap_excesses(replace(heavy(), cap=Cap(20.0)), 0) == []
