@@ -131,16 +131,16 @@ struct tb_survey {
 };
 
 /* tb_without for a vehicle with a survey: leaves weak directions out of every demand. Call it once behind tb_prepare,
- * with a mask of 0, then at each failure in place of tb_without; NULL is tb_without. tb_without behind a call that
- * left a direction out goes on without it, and calls then say TB_SOLVED of demands along it: tb_prepare first. All
- * calls answer for what is strong, tb_nullspace too, and say TB_SOLVED where that is made. From twice its error to
- * four times a direction counts by a share w from 0 to 1 in tb_scaled and tb_priority, so that nothing steps: their
- * answer is f0 + w (f1 - f0), of an allocator without the direction and of this one, TB_SOLVED where both are. Each
- * such direction takes one of the `room` allocators and the time of one more call, the least one first; beyond the
- * room, and in other calls, it counts wholly from twice its error on, and answers step there. Copy and swap all of the
- * array.
- * Returns and is bounded as tb_prepare, once for each allocator; TB_BAD_ARGUMENT for a survey that is none, and for one
- * that could make all of the whole vehicle of nothing. */
+ * with a mask of 0, then at each failure in place of tb_without; NULL is tb_without. Behind a call that left a
+ * direction out, tb_without and NULL can't bring it back, and calls then say TB_SOLVED of demands along that direction:
+ * tb_prepare first. All calls answer for what is strong, tb_nullspace too, and say TB_SOLVED where that is made. From
+ * twice its error to four times a direction counts by a share w from 0 to 1 in tb_scaled and tb_priority, so that
+ * nothing steps: their answer is f0 + w (f1 - f0), of an allocator without the direction and of this one, TB_SOLVED
+ * where both are. Each such direction takes one of the `room` allocators and the time of one more call, the least one
+ * first; beyond the room, and in other calls, it counts wholly from twice its error on, and answers step there. Copy
+ * and swap all of the array.
+ * Returns and is bounded as tb_prepare, once for each allocator; TB_BAD_ARGUMENT for a survey that is none, and for
+ * one that could make all of the whole vehicle of nothing. */
 int tb_strong(struct tb_allocator *a, unsigned long mask, const struct tb_survey *survey);
 
 /* Levels for tb_priority: level[j] of axis j counts from 0, and no number is left out; else TB_BAD_ARGUMENT, and
