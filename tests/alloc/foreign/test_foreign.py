@@ -406,8 +406,8 @@ def test_a_call_behind_the_interface_takes_as_long_as_our_own(method: str, name:
             times.append(thread_time_ns() - start)
         calls.reverse()
         ratios.append(times[1] / times[0] if len(ratios) % 2 == 0 else times[0] / times[1])
-    # Measured 1.01 to 1.055; what is over 1.08 is no noise.
-    assert np.median(ratios) < 1.08
+    # Measured 1.04 to 1.09 beside other work; guards in each call took it to 1.14 to 1.24.
+    assert np.median(ratios) < 1.12
 
 
 def test_an_answer_that_is_not_written_is_not_the_last_one(tmp_path: Path) -> None:
