@@ -176,7 +176,7 @@ def test_each_planted_fault_in_c_is_found_and_no_right_variant_is_accused(c: Pat
     gate_check.commit(c, "head")
     result = gate(c, *(c / f"{name}.so" for name in (*C_FAULTS, *C_RIGHT)), build="make")
     assert accused(result) == set(C_FAULTS)
-    for said in ("wrote beyond f; mend it", "wrote beyond f_max; mend it", "wrote beyond tau; mend it"):
+    for said in ("wrote beyond f; mend it", "wrote beyond volts; mend it", "wrote beyond tau; mend it"):
         assert said in result.stdout
     assert "has no function tba_call" in result.stdout
 
