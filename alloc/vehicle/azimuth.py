@@ -122,8 +122,7 @@ class Azimuth:
         middle = degrees(atan2(self.middle[1], self.middle[0]))
         apart = (np.degrees(np.arctan2(y, x)) - middle + 180.0) % 360.0 - 180.0  # below half a turn
         low, high = (round(middle + float(end), 9) for end in (apart.min(), apart.max()))
-        turns = 360.0 * floor((low + 180.0) / 360.0)
-        return low - turns, high - turns
+        return near_ahead(low, high)
 
     @cached_property
     def rest_angle(self) -> float:
@@ -137,6 +136,12 @@ class Azimuth:
     def components(self) -> list[int]:
         """Indices of its two forces in f."""
         return [self.first, self.first + 1]
+
+
+def near_ahead(low: float, high: float) -> tuple[float, float]:
+    """The same angles from … to, by whole turns so that the first is in -180 … 180 [deg]."""
+    turns = 360.0 * floor((low + 180.0) / 360.0)
+    return low - turns, high - turns
 
 
 def polygon_corners(most: float, sector_deg: tuple[float, float], sides: int) -> FloatArray:

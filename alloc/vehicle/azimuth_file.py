@@ -1,14 +1,15 @@
 """Azimuth thrusters of a vehicle file: checked, and written as two fixed thrusters each."""
 
 from collections.abc import Iterator, Sequence
-from math import floor, inf
+from functools import partial
+from math import inf
 
 import numpy as np
 from msgspec.structs import replace
 
 from alloc.allocation import FloatArray
 from alloc.errors import VehicleError
-from alloc.vehicle.azimuth import Azimuth
+from alloc.vehicle.azimuth import Azimuth, near_ahead
 from alloc.vehicle.keys import MISSING, AzimuthKeys, Numbers, Rates, Thruster, VehicleFile
 from alloc.vehicle.pieces import Arc, check_combinations, join, largest_least, ring_pieces, sector_pieces
 
@@ -129,17 +130,10 @@ def read_pieces(keys: AzimuthKeys, place: str) -> tuple[list[FloatArray], Arc | 
             f"is {keys.min:g}; a ring of {keys.sides} sides up to {keys.max:g} N needs less than {below:.4g}"
         )
         raise refused("min", f"{why}: give a smaller one, or more sides")
-    pieces = list[FloatArray]()
-    for arc in left:
-        ring = keys.min > 0.0
-        pieces += (
-            ring_pieces(keys.min, keys.max, arc, keys.sides)
-            if ring
-            else sector_pieces(keys.max, arc, keys.sides)
-        )
+    split = partial(ring_pieces, keys.min) if keys.min > 0.0 else sector_pieces
+    pieces = [piece for arc in left for piece in split(keys.max, arc, keys.sides)]
     low, high = left[0]
-    turns = 360.0 * floor((low + 180.0) / 360.0)
-    return pieces, None if len(left) > 1 or high - low >= 360.0 else (low - turns, high - turns)
+    return pieces, None if len(left) > 1 or high - low >= 360.0 else near_ahead(low, high)
 
 
 def free_arcs(sector: Arc, forbidden: Sequence[Arc]) -> list[Arc]:

@@ -1,7 +1,7 @@
 """Sets of one call where thrusters turn: what rates leave around the last forces, as polygons within them."""
 
 from collections.abc import Sequence
-from math import acos, atan2, ceil, cos, degrees, hypot, inf, isfinite, radians
+from math import acos, atan2, ceil, cos, degrees, hypot, inf, radians
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError, VehicleError
 from alloc.vehicle.azimuth import NEARLY, NOTHING, Azimuth, actuators
-from alloc.vehicle.limits import Interval, Slew, thrusts
+from alloc.vehicle.limits import Interval, Slew, of_a_moment, thrusts
 
 QUARTER = 90.0
 """Most degrees that a force may turn from one call to the next."""
@@ -55,21 +55,16 @@ def sets_of_a_moment(
 
     Parameters and errors are those of ``Vehicle.limits``, of a vehicle with such parts.
     """
-    low, high = own[0].copy(), own[1].copy()
+    rated = [azimuth.rate_deg is not None or azimuth.slew is not None for azimuth in azimuths]
+    if slew is None:
+        if f_previous is not None and dt is not None and not any(rated):
+            raise VehicleError(f"{name}: has no rates; add 'rate_deg' or 'slew' to its file", "slew")
+        slew = Slew(*np.full((2, len(own[0])), inf))
+    low, high = of_a_moment(name, own, None, slew, None, f_previous, dt)
     polygons = [[part.corners for part in azimuth.parts] for azimuth in azimuths]
-    if (f_previous is None) != (dt is None):
-        raise DemandError("f_previous and dt say together how far thrusts may have moved; give both")
     if f_previous is None or dt is None:
         return Sets.from_polygons((low, high), polygons)
-    rated = [azimuth.rate_deg is not None or azimuth.slew is not None for azimuth in azimuths]
-    if slew is None and not any(rated):
-        raise VehicleError(f"{name}: has no rates; add 'rate_deg' or 'slew' to its file", "slew")
-    if not (isfinite(dt) and dt > 0):
-        raise DemandError(f"dt = {dt:g} is no time since the last call; give seconds above 0")
     last = thrusts(f_previous, len(low))
-    if slew is not None:
-        around = slew.around(last, dt)
-        low, high = np.maximum(low, around[0]), np.minimum(high, around[1])
     parts, largest = actuators(azimuths, len(low)), float(np.abs(own).max())
     known = _checked_angles(angles, len(parts))
     for i, azimuth in enumerate(azimuths):

@@ -84,15 +84,11 @@ def join(
     return Azimuth(first, np.vstack(pieces), place, *several, rate_deg, slew)
 
 
-def count_combinations(azimuths: Sequence[Azimuth]) -> int:
-    """Number of ways to choose a piece for each thruster."""
-    return prod(len(azimuth.parts) for azimuth in azimuths)
-
-
 def check_combinations(azimuths: Sequence[Azimuth]) -> None:
     """Raise VehicleError where there are more combinations than are tried."""
-    if (count := count_combinations(azimuths)) > MOST_COMBINATIONS:
-        each = " x ".join(str(len(azimuth.parts)) for azimuth in azimuths)
+    counts = [len(azimuth.parts) for azimuth in azimuths]
+    if (count := prod(counts)) > MOST_COMBINATIONS:
+        each = " x ".join(map(str, counts))
         raise VehicleError(
             f"thrusters: {each} = {count} combinations of convex pieces, and {MOST_COMBINATIONS} are tried at"
             " most; give min nearer to 0, fewer sides or fewer zones",
