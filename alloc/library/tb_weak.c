@@ -222,6 +222,14 @@ static int leave_out(struct tb_allocator *a, unsigned long mask, const struct tb
     return status;
 }
 
+/* Leaves an allocator whose calls refuse; returns the status. */
+static int refused(struct tb_allocator *a, int status)
+{
+    a->m = -1;
+    a->parts = 0;
+    return status;
+}
+
 int tb_strong(struct tb_allocator *a, unsigned long mask, const struct tb_survey *s)
 {
     struct sizes z;
@@ -231,10 +239,8 @@ int tb_strong(struct tb_allocator *a, unsigned long mask, const struct tb_survey
     if (s == NULL) {
         return tb_without(a, mask);
     }
-    if (a->n < 1 || s->T == NULL || s->axis == NULL || !knows(a, s)) { /* calls refuse, too */
-        a->m = -1;
-        a->parts = 0;
-        return TB_BAD_ARGUMENT;
+    if (a->n < 1 || s->T == NULL || s->axis == NULL || !knows(a, s)) {
+        return refused(a, TB_BAD_ARGUMENT);
     }
     measure(a, s, mask, &z);
     mark(a, s, &z, U, w);
@@ -245,9 +251,7 @@ int tb_strong(struct tb_allocator *a, unsigned long mask, const struct tb_survey
         none += !(w[j] > 0);
     }
     if (none == a->k && whole) { /* the survey could have made all of nothing */
-        a->m = -1;
-        a->parts = 0;
-        return TB_BAD_ARGUMENT;
+        return refused(a, TB_BAD_ARGUMENT);
     }
     for (int j = 0; j < a->k; j++) { /* those that count in part, from the least to the most */
         int at = count;
@@ -271,9 +275,5 @@ int tb_strong(struct tb_allocator *a, unsigned long mask, const struct tb_survey
         status = leave_out(a + p, mask, s, &z, U, out, lost, 1);
         a->parts = p;
     }
-    if (status != TB_SOLVED) { /* calls refuse */
-        a->m = -1;
-        a->parts = 0;
-    }
-    return status;
+    return status == TB_SOLVED ? status : refused(a, status);
 }
