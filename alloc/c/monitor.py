@@ -67,13 +67,14 @@ def _watch(vehicle: Vehicle, noise: FloatArray, scalar: Scalar, turn: int) -> Pr
     squares = [(each * each).named(f"q{i}") for i, each in enumerate(f)]
     is_usual = reduce(add, [*squares, *(each * each for each in r)]) <= largest_squares(vehicle)
     builder.refuse(~is_usual, NOT_FINITE)
-    new = {("power", i): squares[i] for i in on} | {("sent", i): f[i] for i in on}
-    new |= {(f"rest[{turn}]", j): each for j, each in enumerate(r)}
-    for array in ("power", "sent", f"rest[{turn}]"):
-        builder.write({i: each for (of, i), each in new.items() if of == array}, array)
+    sums = {"power": {i: squares[i] for i in on}, "sent": {i: f[i] for i in on}}
+    sums[f"rest[{turn}]"] = dict(enumerate(r))
+    for array, values in sums.items():
+        builder.write(values, array)
     builder.fence()  # with squares alive behind it, a Cortex-M33 has too few registers
     builder.compute(*along.shared)
-    new |= {("push", i): f[i] * signed(row, graph) for i, row in zip(on, along.rows, strict=True)}
+    sums["push"] = {i: f[i] * signed(row, graph) for i, row in zip(on, along.rows, strict=True)}
+    new = {(array, i): each for array, values in sums.items() for i, each in values.items()}
     return builder.program([], 0, beside=new)
 
 

@@ -2,10 +2,10 @@
  *
  * Between the arrays of a call lie walls of a known number, which nobody mends. An allocator that wrote into one, or
  * left the processor in another rounding mode, ends the process with a line that names it: no answer that comes later
- * could be trusted. The first EACH calls are guarded, one of EACH after them, and what is left at the end is looked
- * at: with copies in walls of all that is given. Other calls get their caller's arrays as on board, so that what is
- * timed is the allocator. Answers are always written between walls, where NaN stood. Compiled for
- * K axes and N thrusters, as generated C is.
+ * could be trusted. The first EACH calls are guarded, then one of EACH: all that is given is copied between walls, and
+ * these are looked at behind the call, and once more when the allocator ends. Other calls get their caller's arrays as
+ * on board, so that what is timed is the allocator. Answers are always written between walls, where NaN stood.
+ * Compiled for K axes and N thrusters, as generated C is.
  */
 #include <float.h>
 #include <math.h>

@@ -80,7 +80,9 @@ class Frugal:
             return found
         low, high = self._limits_of_call(f_min, f_max)
         rest = start(low, high)
-        f = self._least(way, draw, rest, found.f, low, high)
+        _, f = self._solved(way, draw, rest, found.f, low, high, None)
+        if not draw.amps(f).sum() < draw.amps(found.f).sum():  # the program finds none better
+            f = found.f
         if draw.amps(f).sum() <= most:
             return self._changed(way, found, rest, f, 1.0, draw)
         if not draw.amps(rest).sum() <= most:
@@ -111,13 +113,6 @@ class Frugal:
             residual = self._vehicle.TP.dot(f) - (begin + part * (promised - begin))
         amps = draw.amps(f) if self._known else ()
         return found._replace(f=f, share=(part * found.share[0],), residual=residual, amps=amps)
-
-    def _least(
-        self, way: ByLevel, draw: Draw, rest: FloatArray, f: FloatArray, low: FloatArray, high: FloatArray
-    ) -> FloatArray:
-        """Thrusts (n,) of least current that make what f makes; f where the program finds none better."""
-        _, better = self._solved(way, draw, rest, f, low, high, None)
-        return better if draw.amps(better).sum() < draw.amps(f).sum() else f
 
     def _largest(
         self,

@@ -281,7 +281,8 @@ def measure(task: MeasureTask, job: Job, line: Worker) -> Cell:
     if job.method not in YARDSTICKS:
         cell.allocator_bytes = reachable_bytes(allocator)
         describe(cell, allocator, samples.answers, timed)
-        amiss = [WRITES] * any(map(has_changed, inputs, asked := arguments(timed, allocator)))
+        asked = arguments(timed, allocator)
+        amiss = [WRITES] if any(map(has_changed, inputs, asked)) else []
         if before and after:
             from bench.harness.conduct import leftovers, misconduct
 
